@@ -1,0 +1,282 @@
+"""Every number of an evolutionary run, in one place."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from coevo_manager.core.episodes import Environment
+
+
+def _field(default, help, unit='', minimum=None, maximum=None, choices=()):
+    return dataclasses.field(
+        default=default,
+        metadata={
+            'help': help,
+            'unit': unit,
+            'minimum': minimum,
+            'maximum': maximum,
+            'choices': choices,
+        },
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Configuration:
+    """What defines a run: with the same configuration two runs write the same files.
+
+    Every field carries ``metadata``: ``help``, ``unit``, ``minimum``, ``maximum`` and ``choices``
+    (empty where free), from which command lines and messages are made. The defaults are the
+    preset ``quick``.
+
+    Raises
+    ------
+    ValueError
+        One sentence naming the field, its value and what was expected.
+    """
+
+    algorithm: str = _field('standard', 'how opponents, agents and survivors are chosen')
+    optimizer: str = _field('one_plus_one', 'how an agent is evolved within a phase')
+    seed: int = _field(1, 'seed of every random draw', minimum=0, maximum=2**63 - 1)
+
+    population: int = _field(
+        80, 'individuals of each species, N', 'individuals', minimum=2, maximum=10_000
+    )
+    selected: int | None = _field(
+        None,
+        'agents evolved in a phase, and their opponents, n; not given: an eighth of the '
+        'population, all of it in the algorithm vanilla',
+        'individuals',
+        minimum=1,
+    )
+    phases: int | None = _field(
+        40, 'the run ends after this many phases; "none" where another budget ends it',
+        'phases', minimum=1,
+    )
+    generations: int = _field(
+        50, 'generations of one phase', 'generations', minimum=1, maximum=1_000_000
+    )
+    episodes: int | None = _field(
+        None, 'the run never plays more episodes than this', 'episodes', minimum=1
+    )
+    ticks: int | None = _field(
+        None, 'the run never simulates more ticks than this', 'ticks', minimum=1
+    )
+    swap_generations: int = _field(
+        250,
+        'the other species evolves after the phase that completes each such generation',
+        'generations',
+        minimum=1,
+    )
+    snapshot_generations: int = _field(
+        250, 'a snapshot after the phase that completes each such generation', 'generations',
+        minimum=1,
+    )
+
+    agent_selection: str = _field(
+        'distinct',
+        'the best agent against each selected opponent: each agent once (the next best where '
+        'it is taken), or as often as it is the best',
+        choices=('distinct', 'repeated'),
+    )
+    ranking_weights: str = _field(
+        'incumbents',
+        'weighted ranking: an opponent weighs its mean fitness against the N incumbents, or '
+        'against all N + n that are ranked',
+        choices=('incumbents', 'all'),
+    )
+    replacement: str = _field(
+        'ranked',
+        'end of a phase: the best N of all N + n stay, or the evolved agents take the places '
+        'of those they descend from',
+        choices=('ranked', 'evolved'),
+    )
+    archive_share: float = _field(
+        0.5,
+        'algorithm hall_of_fame: share of the opponents drawn from the archive',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+    mutation: str = _field(
+        'bernoulli',
+        'optimizer one_plus_one: each gene is redrawn with the mutation rate, or exactly that '
+        'share of the genes',
+        choices=('bernoulli', 'exact'),
+    )
+    mutation_rate: float = _field(
+        0.02, 'optimizer one_plus_one: share of genes redrawn', minimum=0.0, maximum=1.0
+    )
+    cma_candidates: int = _field(
+        20, 'optimizer cma_es: candidates a generation', 'genomes', minimum=4, maximum=10_000
+    )
+    cma_sigma: float = _field(
+        0.5, 'optimizer cma_es: first step size, in genes', minimum=1e-6, maximum=10.0
+    )
+    openai_pairs: int = _field(
+        10,
+        'optimizer openai_es: mirrored pairs of samples a generation',
+        'pairs',
+        minimum=1,
+        maximum=10_000,
+    )
+    openai_sigma: float = _field(
+        0.2,
+        'optimizer openai_es: standard deviation of the samples, in genes',
+        minimum=1e-6,
+        maximum=10.0,
+    )
+    openai_step: float = _field(
+        0.05, "optimizer openai_es: Adam's step size, in genes", minimum=0.0, maximum=10.0
+    )
+
+    environment: str = _field(
+        'open', 'the arena: empty, or with the central cylinder', choices=('open', 'obstacle')
+    )
+    motor_map: str = _field(
+        'printed',
+        'motor equations as printed, or signed so that robots can drive backwards',
+        choices=('printed', 'signed'),
+    )
+    predator_speed: float | None = _field(
+        None,
+        'fastest wheel of a predator; not given: 8.5 in the open arena, 10 with the obstacle',
+        'rad/s',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    prey_speed: float = _field(
+        10.0, 'fastest wheel of a prey', 'rad/s', minimum=0.0, maximum=100.0
+    )
+    episode_ticks: int = _field(
+        1000, 'length of an episode', 'ticks of 0.1 s', minimum=1, maximum=1_000_000
+    )
+    wall_friction: float = _field(
+        0.5, 'Coulomb friction of walls and obstacle', minimum=0.0, maximum=1e6
+    )
+    physics: str = _field(
+        'kinematic', 'the physics of an episode', choices=('kinematic', 'pymunk')
+    )
+
+    def __post_init__(self) -> None:
+        from coevo_manager.core.evolution import algorithms, optimizers
+
+        for name, value in self.as_dict().items():
+            _check_field(FIELDS[name], value)
+        _check_choice('algorithm', self.algorithm, algorithms.names())
+        _check_choice('optimizer', self.optimizer, optimizers.names())
+        algorithm = algorithms.load(self.algorithm)
+        if self.selected is None:
+            object.__setattr__(self, 'selected', algorithm.default_selected(self.population))
+        if self.selected > self.population:
+            raise ValueError(
+                f'selected must not exceed population ({self.population}), got {self.selected}'
+            )
+        if self.phases is None and self.episodes is None and self.ticks is None:
+            raise ValueError('phases must be given where neither episodes nor ticks is')
+        algorithm.check(self)
+        self.make_environment()
+
+    def make_environment(self) -> Environment:
+        """The environment of every episode of the run."""
+        from coevo_manager.core.episodes import Environment
+
+        return Environment(
+            obstacle=self.environment == 'obstacle',
+            motor_map=self.motor_map,
+            predator_speed=self.predator_speed,
+            prey_speed=self.prey_speed,
+            episode_ticks=self.episode_ticks,
+            wall_friction=self.wall_friction,
+            physics=self.physics,
+        )
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every field by name, in the order above."""
+        return {name: getattr(self, name) for name in FIELDS}
+
+
+FIELDS = {field.name: field for field in dataclasses.fields(Configuration)}
+_TYPES = typing.get_type_hints(Configuration)
+
+PRESETS: dict[str, dict[str, Any]] = {
+    'quick': {},
+    'paper': {
+        'phases': 1500,
+        'generations': 100,
+        'swap_generations': 500,
+        'snapshot_generations': 500,
+    },
+}
+"""What each preset changes in the defaults: ``quick`` shows learning in about a minute on two
+cores, ``paper`` is one replication of Simione and Nolfi (2019), section 3."""
+
+
+def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
+    """A preset with some of its fields given.
+
+    Parameters
+    ----------
+    values : mapping
+        Fields of `Configuration` by name.
+    preset : str
+        One of `PRESETS`.
+
+    Raises
+    ------
+    ValueError
+        An unknown preset or key, or a value out of its range: one sentence.
+    """
+    _check_choice('preset', preset, PRESETS)
+    unknown = [str(key) for key in values if key not in FIELDS]
+    if unknown:
+        raise ValueError(
+            f'unknown configuration {"key" if len(unknown) == 1 else "keys"} '
+            f'{", ".join(unknown)}; known are {", ".join(FIELDS)}'
+        )
+    return Configuration(**{**PRESETS[preset], **values})
+
+
+def differences(ours: Configuration, theirs: Configuration) -> list[str]:
+    """The fields in which two configurations differ, as 'name: ours, theirs'."""
+    return [
+        f'{name}: {getattr(ours, name)}, {getattr(theirs, name)}'
+        for name in FIELDS
+        if getattr(ours, name) != getattr(theirs, name)
+    ]
+
+
+def _check_choice(name: str, value: Any, choices: Iterable[str]) -> None:
+    if value not in (known := list(choices)):
+        raise ValueError(f'{name} must be one of {", ".join(known)}, got {value!r}')
+
+
+def _check_field(field: dataclasses.Field, value: Any) -> None:
+    kind = _TYPES[field.name]
+    if isinstance(kind, types.UnionType):
+        if value is None:
+            return
+        kind = typing.get_args(kind)[0]
+    if kind is str:
+        if field.metadata['choices']:
+            _check_choice(field.name, value, field.metadata['choices'])
+        return
+    allowed = (int, float) if kind is float else int
+    expected = 'a number' if kind is float else 'a whole number'
+    low, high = field.metadata['minimum'], field.metadata['maximum']
+    if low is not None:
+        expected += f' from {low} to {high}' if high is not None else f' of at least {low}'
+    if (
+        not isinstance(value, allowed)
+        or isinstance(value, bool)
+        or not math.isfinite(value)
+        or (low is not None and value < low)
+        or (high is not None and value > high)
+    ):
+        unit = f' ({field.metadata["unit"]})' if field.metadata['unit'] else ''
+        raise ValueError(f'{field.name} must be {expected}{unit}, got {value!r}')

@@ -1,0 +1,125 @@
+"""Who plays the episodes: the interface between evolution and its evaluators."""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from coevo_manager.core.episodes import Environment
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Batch:
+    """Episodes to play: pairs of one predator and one prey.
+
+    Attributes
+    ----------
+    predators, prey : float32 (P, 442), (Q, 442)
+        Genomes, C-contiguous. Whoever submits a batch leaves its arrays unchanged until the batch
+        is collected or cancelled, so that an evaluator may send them again.
+    predator_index, prey_index : uint32 (n,), (n,)
+        Episode k is played by ``predators[predator_index[k]]`` and ``prey[prey_index[k]]``.
+    """
+
+    predators: np.ndarray
+    prey: np.ndarray
+    predator_index: np.ndarray
+    prey_index: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.predator_index)
+
+
+class Evaluator(Protocol):
+    """Plays batches of episodes, several at a time, in any order.
+
+    Attributes
+    ----------
+    environment : Environment
+        Where every episode is played.
+    slots : int
+        Number of batches worth keeping submitted at once, so that no evaluator waits for work (2
+        for each evaluator process). It may change while evaluators come and go; it is read at the
+        start of each phase and never changes a result.
+    """
+
+    environment: Environment
+
+    @property
+    def slots(self) -> int: ...
+
+    def submit(self, batch: Batch) -> int:
+        """Take a batch and return its ticket at once."""
+        ...
+
+    def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
+        """Wait for any submitted batch.
+
+        Parameters
+        ----------
+        timeout : float, optional
+            Longest wait, s; without it, wait till a batch is finished.
+
+        Returns
+        -------
+        (ticket, capture ticks int32 (n,)), each from 1 to the environment's episode_ticks,
+        or None when the timeout passed.
+        """
+        ...
+
+    def cancel(self) -> None:
+        """Forget every submitted batch; none of their tickets is collected any more."""
+        ...
+
+    def close(self) -> None:
+        """End whatever this evaluator started."""
+        ...
+
+
+class LocalEvaluator:
+    """Plays every batch in this process, when it is collected.
+
+    Parameters
+    ----------
+    environment : Environment
+    threads : int
+        Threads of the episode kernel.
+    """
+
+    slots = 1
+
+    def __init__(self, environment: Environment, threads: int = 1) -> None:
+        self.environment = environment
+        self._threads = threads
+        self._queue: collections.deque[tuple[int, Batch]] = collections.deque()
+        self._tickets = 0
+
+    def submit(self, batch: Batch) -> int:
+        self._tickets += 1
+        self._queue.append((self._tickets, batch))
+        return self._tickets
+
+    def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
+        from coevo_manager.core.episodes import evaluate_pairs
+
+        if not self._queue:
+            return None
+        ticket, batch = self._queue.popleft()
+        return ticket, evaluate_pairs(
+            batch.predators,
+            batch.prey,
+            batch.predator_index,
+            batch.prey_index,
+            environment=self.environment,
+            threads=self._threads,
+        )
+
+    def cancel(self) -> None:
+        self._queue.clear()
+
+    def close(self) -> None:
+        self.cancel()

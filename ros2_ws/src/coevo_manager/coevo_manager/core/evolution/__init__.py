@@ -1,0 +1,20 @@
+"""Co-evolution of predators and prey, without ROS."""
+
+from coevo_manager.core.evolution.evolution import Evolution
+from coevo_manager.core.evolution.observation import (
+    GenerationStats,
+    Observer,
+    Outcome,
+    PhaseStats,
+)
+from coevo_manager.core.evolution.run_folder import RunFolderError, read_configuration
+
+__all__ = [
+    'Evolution',
+    'GenerationStats',
+    'Observer',
+    'Outcome',
+    'PhaseStats',
+    'RunFolderError',
+    'read_configuration',
+]
