@@ -1,0 +1,109 @@
+"""The loop of every node, and waiting with a time limit while it turns."""
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.client import Client
+from rclpy.exceptions import ParameterException
+from rclpy.executors import Executor
+from rclpy.experimental import EventsExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+SPIN_TIMEOUT = 0.1
+"""Longest wait of one turn of the loop, s: a signal is honoured within this time."""
+
+stop_requested = threading.Event()
+"""Set by the first SIGINT or SIGTERM of a process that called `run_node`."""
+
+
+def make_executor(node: Node) -> Executor:
+    """Return an executor that spins `node`; turn it with ``spin_once`` only."""
+    executor = EventsExecutor(context=node.context)
+    executor.add_node(node)
+    return executor
+
+
+def run_node(
+    make_node: Callable[[], Node],
+    args: Sequence[str] | None = None,
+    work: Callable[[Node, Executor], int] | None = None,
+) -> int:
+    """Run a node until SIGINT, SIGTERM or the end of its work, and leave nothing behind.
+
+    Parameters
+    ----------
+    make_node
+        Builds the node. A `ValueError` is bad input: its text is printed on stderr.
+    args
+        Command line with the ``--ros-args``; None takes ``sys.argv``.
+    work
+        ``work(node, executor) -> exit code``, for a node that has an end of its own. It waits by
+        `wait_until` or `call`, which raise `KeyboardInterrupt` when a signal came.
+
+    Returns
+    -------
+    int
+        Exit code: 0 after a signal, 2 after bad input, otherwise what `work` returned.
+    """
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop_requested.set())
+    node = executor = None
+    try:
+        node = make_node()
+        executor = make_executor(node)
+        if work is not None:
+            return work(node, executor)
+        while not stop_requested.is_set():
+            executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+        return 0
+    except KeyboardInterrupt:
+        return 0
+    except (ValueError, ParameterException) as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 2
+    finally:
+        if executor is not None:
+            executor.shutdown()
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def wait_until(executor: Executor, condition: Callable[[], bool], timeout: float, what: str):
+    """Spin until `condition` holds.
+
+    Raises
+    ------
+    TimeoutError
+        `what` did not happen within `timeout` seconds.
+    KeyboardInterrupt
+        A signal asked the process to end.
+    """
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if stop_requested.is_set():
+            raise KeyboardInterrupt
+        remaining = deadline - time.monotonic()
+        if remaining <= 0:
+            raise TimeoutError(f'{what} did not happen within {timeout:g} s')
+        executor.spin_once(timeout_sec=min(remaining, SPIN_TIMEOUT))
+
+
+def call(executor: Executor, client: Client, request, timeout: float = 10.0):
+    """Call a service, waiting first for its server, and return the response.
+
+    Raises
+    ------
+    TimeoutError
+        No server, or no answer, within `timeout` seconds each.
+    """
+    wait_until(executor, client.service_is_ready, timeout, f'the start of {client.srv_name}')
+    future = client.call_async(request)
+    wait_until(executor, future.done, timeout, f'an answer of {client.srv_name}')
+    return future.result()
