@@ -1,13 +1,23 @@
 """Sixteen float32 lanes as one value, and elementary functions over them."""
 
 from . import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
-from .functions import inverse_square_root, logistic, reciprocal, square_root
+from .functions import (
+    arcsine,
+    arctan2,
+    cosine,
+    inverse_square_root,
+    logistic,
+    reciprocal,
+    sine_over,
+    square_root,
+)
 from .lanes import (
     HALF,
     LANES,
     Lanes,
     Mask,
     absolute,
+    aligned_rows,
     any_lane,
     copy_sign,
     fma,
@@ -20,3 +30,31 @@ from .lanes import (
     store,
     swap_halves,
 )
+
+__all__ = [
+    'HALF',
+    'LANES',
+    'Lanes',
+    'Mask',
+    'absolute',
+    'aligned_rows',
+    'any_lane',
+    'arcsine',
+    'arctan2',
+    'copy_sign',
+    'cosine',
+    'fma',
+    'inverse_square_root',
+    'lane_bits',
+    'load',
+    'logistic',
+    'maximum',
+    'minimum',
+    'reciprocal',
+    'select',
+    'sine_over',
+    'splat',
+    'square_root',
+    'store',
+    'swap_halves',
+]

@@ -1,0 +1,1 @@
+"""The MarxBot, its arena and its senses; plain Python, NumPy and Numba."""

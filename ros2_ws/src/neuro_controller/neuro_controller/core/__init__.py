@@ -1,0 +1,1 @@
+"""The neural controller of a MarxBot and its genome; plain Python, NumPy and Numba."""

@@ -1,0 +1,73 @@
+"""The MarxBot and its arena in numbers (SI units, REP-103 axes).
+
+Sources: the paper's appendix A1 (Simione & Nolfi 2019) and FARSA's model of the marXbot (Massera et al. 2014).
+"""
+
+import math
+from dataclasses import dataclass
+
+BODY_RADIUS = 0.085
+"""Radius of the body, m (paper A1: diameter 17 cm)."""
+
+WHEEL_RADIUS = 0.027
+"""Radius of a wheel, m (FARSA)."""
+
+WHEEL_SEPARATION = 0.1265
+"""Distance between the wheels, m (FARSA)."""
+
+TICK = 0.1
+"""Period of sensing, control and motion, s (paper A1: 10 Hz)."""
+
+INFRARED_RAYS = 24
+"""Infrared sensors; ray i points 7.5 + 15 i degrees counter-clockwise from the heading (FARSA)."""
+
+INFRARED_RANGE = 0.1
+"""Reach of an infrared ray from the body's rim, m (FARSA)."""
+
+CAMERA_SECTORS = 8
+"""Camera sectors; sector k spans [45 k, 45 (k + 1)) degrees counter-clockwise from the heading (paper A2)."""
+
+GROUND_POSITIONS = ((0.0435, 0.049), (0.0435, -0.049), (-0.0435, 0.049), (-0.0435, -0.049))
+"""Ground sensors in the body frame, x forward and y left, m (FARSA)."""
+
+OBSTACLE_RADIUS = 0.05
+"""Radius of the cylinder at the centre of the arena, m (paper section 5)."""
+
+START_POSES = ((-0.5, 0.0, 0.0), (0.5, 0.0, math.pi))
+"""Start of predator and prey: x and y in m, heading in rad (paper A3: facing each other)."""
+
+PREDATOR_WHEEL_SPEED = {False: 8.5, True: 10.0}
+"""Highest wheel speed of a predator in the open arena and with the obstacle, rad/s (paper A1)."""
+
+PREY_WHEEL_SPEED = 10.0
+"""Highest wheel speed of a prey, rad/s (paper A1)."""
+
+
+@dataclass(frozen=True)
+class Arena:
+    """A square arena with black walls, its origin at the centre.
+
+    Attributes
+    ----------
+    size : float
+        Side of the square, m, at least 0.5.
+    obstacle : bool
+        Whether the cylinder stands at the centre.
+    wall_friction : float
+        Coulomb coefficient at walls and obstacle, >= 0: how many metres of sliding one metre of stopped approach costs.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its range.
+    """
+
+    size: float = 3.0
+    obstacle: bool = False
+    wall_friction: float = 0.5
+
+    def __post_init__(self):
+        if not 0.5 <= self.size < math.inf:
+            raise ValueError(f'arena size is {self.size}, expected a length in metres of at least 0.5')
+        if not 0.0 <= self.wall_friction < math.inf:
+            raise ValueError(f'wall_friction is {self.wall_friction}, expected a number of at least 0')

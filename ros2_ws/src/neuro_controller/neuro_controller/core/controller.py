@@ -1,0 +1,135 @@
+"""One robot's controller, stepped from Python by the kernel that the headless batch runs."""
+
+import math
+
+import numba
+import numpy as np
+from simd_lanes import aligned_rows
+
+from .genome import GENES, HIDDEN, OUTPUTS, SENSORS, check_genomes, weights_of
+from .network import (
+    DRIVE_OFFSET,
+    DRIVE_SCALE,
+    FATIGUE_TICKS,
+    MAX_SPEED,
+    MEMORY_ROWS,
+    MOTORS,
+    PER_EPISODE,
+    PER_MAX_SPEED,
+    SETTING_ROWS,
+    control,
+)
+
+MOTOR_MAPS = {'printed': (1.0, 0.0), 'signed': (2.0, -1.0)}
+"""How the motor neuron rm becomes a drive, scale * rm + offset: as equations 3 and 4 print it, where a robot cannot
+back up, or with 2 rm - 1 in place of rm, where it can."""
+
+MAX_WHEEL_SPEED = 30.0
+"""Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of 2**-16 up to there."""
+
+
+@numba.njit(nogil=True, cache=True)
+def _control(readings, weights, settings, memory, history, slot, inputs, wheels):
+    control(readings, weights, settings, memory, history, slot, inputs, wheels)
+
+
+def settings_column(max_wheel_speed, motor_map='printed', episode_ticks=1000):
+    """Return one robot's column of the `settings` array, float32 of shape (SETTING_ROWS,).
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range, in one sentence.
+    """
+    if not 0.0 < max_wheel_speed <= MAX_WHEEL_SPEED:
+        raise ValueError(f'max_wheel_speed is {max_wheel_speed}, expected rad/s above 0 and up to {MAX_WHEEL_SPEED:g}')
+    if motor_map not in MOTOR_MAPS:
+        raise ValueError(f'motor_map is {motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}')
+    if not 1 <= episode_ticks < math.inf:
+        raise ValueError(f'episode_ticks is {episode_ticks}, expected a number of ticks of at least 1')
+    column = np.empty(SETTING_ROWS, dtype=np.float32)
+    column[MAX_SPEED] = max_wheel_speed
+    column[PER_MAX_SPEED] = 1.0 / max_wheel_speed
+    column[PER_EPISODE] = 1.0 / episode_ticks
+    column[DRIVE_SCALE], column[DRIVE_OFFSET] = MOTOR_MAPS[motor_map]
+    return column
+
+
+class Controller:
+    """The neural controller of one robot (paper A2).
+
+    Parameters
+    ----------
+    genome : array_like, shape (442,)
+        Genes in [-5, 5].
+    max_wheel_speed : float
+        The paper's ms, rad/s.
+    motor_map : str
+        One of `MOTOR_MAPS`.
+    episode_ticks : int
+        Ticks after which the clock neuron reads 1.
+
+    Raises
+    ------
+    ValueError
+        If one of them is out of its range, in one sentence.
+    """
+
+    def __init__(self, genome, max_wheel_speed, motor_map='printed', episode_ticks=1000):
+        self._settings = aligned_rows(SETTING_ROWS)
+        self._settings[:] = settings_column(max_wheel_speed, motor_map, episode_ticks)[:, None]
+        self._weights = aligned_rows(GENES)
+        self._weights[:] = weights_of(check_genomes(np.atleast_2d(genome), 'genome')[:1]).T
+        self._readings = aligned_rows(37)
+        self._inputs = aligned_rows(SENSORS)
+        self._wheels = aligned_rows(2)
+        self.reset()
+
+    def reset(self):
+        """Forget the past: hidden neurons, fatigue and clock start at 0."""
+        self._memory = aligned_rows(MEMORY_ROWS)
+        self._history = aligned_rows(FATIGUE_TICKS)
+        self._slot = 0
+
+    def step(self, readings):
+        """Run one tick.
+
+        Parameters
+        ----------
+        readings : array_like, shape (37,)
+            24 infrared distances from the rim, m (above 0.1: nothing seen); 8 camera sectors, 0..1; 4 ground
+            sensors, 0..1; contact 0 or 1.
+
+        Returns
+        -------
+        float32 array, shape (2,)
+            Speeds of the left and right wheel, rad/s.
+        """
+        self._readings[:] = np.asarray(readings, dtype=np.float32)[:, None]
+        _control(
+            self._readings,
+            self._weights,
+            self._settings,
+            self._memory,
+            self._history,
+            self._slot,
+            self._inputs,
+            self._wheels,
+        )
+        self._slot = (self._slot + 1) % FATIGUE_TICKS
+        return self._wheels[:, 0].copy()
+
+    @property
+    def inputs(self):
+        """The 25 sensory neurons of the last tick, 0..1."""
+        return self._inputs[:, 0].copy()
+
+    @property
+    def hidden(self):
+        """The 10 hidden neurons after the last tick, 0..1."""
+        return self._memory[:HIDDEN, 0].copy()
+
+    @property
+    def outputs(self):
+        """The 2 motor neurons after the last tick, tm and rm, 0..1."""
+        return self._memory[MOTORS : MOTORS + OUTPUTS, 0].copy()

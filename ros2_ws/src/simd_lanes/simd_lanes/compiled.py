@@ -1,0 +1,214 @@
+"""What the names of `lanes` mean in compiled code: their Numba types and LLVM instructions."""
+
+import itertools
+import operator
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import lower_builtin, models, register_model
+
+from . import lanes as plain
+from .lanes import HALF, LANES
+
+_I32 = ir.IntType(32)
+_FLOATS = ir.VectorType(ir.FloatType(), LANES)
+_INTS = ir.VectorType(_I32, LANES)
+_BITS = ir.VectorType(ir.IntType(1), LANES)
+
+
+class LanesType(types.Type):
+    """The type of a `Lanes`."""
+
+    def __init__(self):
+        super().__init__(name='Lanes')
+
+
+class MaskType(types.Type):
+    """The type of a `Mask`."""
+
+    def __init__(self):
+        super().__init__(name='Mask')
+
+
+@register_model(LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, _FLOATS)
+
+
+@register_model(MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, _BITS)
+
+
+_lanes = LanesType()
+_mask = MaskType()
+_rows = types.Array(types.float32, 2, 'C')
+
+
+def _splat(builder, scalar):
+    vector = builder.insert_element(ir.Constant(_FLOATS, ir.Undefined), scalar, ir.Constant(_I32, 0))
+    return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
+
+
+def _define(function, result, arguments, generate):
+    """Say what calling `function` means in compiled code.
+
+    Parameters
+    ----------
+    function : callable
+        The plain Python function or operator that kernels call.
+    result, arguments : Numba type, sequence of Numba types
+        A scalar may stand for any of the vectors, but not for all.
+    generate : callable
+        ``generate(builder, *values)`` emits the instructions and returns the result; scalars arrive in all lanes.
+    """
+    kinds = [(kind, types.float32) if kind is _lanes else (kind,) for kind in arguments]
+    cases = [case for case in itertools.product(*kinds) if set(case) != {types.float32}]
+    cases = cases or [(types.float32,)]
+    infer_global(function)(type('Template', (ConcreteTemplate,), {'cases': [signature(result, *c) for c in cases]}))
+
+    def lower(context, builder, sig, values):
+        return generate(
+            builder,
+            *(_splat(builder, v) if kind is types.float32 else v for v, kind in zip(values, sig.args, strict=True)),
+        )
+
+    for case in cases:
+        lower_builtin(function, *case)(lower)
+
+
+def _call(name, result, count):
+    """Return a generator that calls an LLVM intrinsic of `count` vectors of floats."""
+
+    def generate(builder, *values):
+        kind = ir.FunctionType(result, [_FLOATS] * count)
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), values)
+
+    return generate
+
+
+def _on_bits(combine):
+    """Return a generator that computes on the bit patterns of its vectors."""
+
+    def generate(builder, *values):
+        integers = [builder.bitcast(value, _INTS) for value in values]
+        return builder.bitcast(combine(builder, *integers), _FLOATS)
+
+    return generate
+
+
+def _extremum(symbol):
+    return lambda builder, a, b: builder.select(builder.fcmp_ordered(symbol, a, b), a, b)
+
+
+def _compare(symbol):
+    return lambda builder, a, b: builder.fcmp_ordered(symbol, a, b)
+
+
+def _shift(amount):
+    return ir.Constant(_INTS, [amount] * LANES)
+
+
+for _operator, _instruction in {'add': 'fadd', 'sub': 'fsub', 'mul': 'fmul', 'truediv': 'fdiv'}.items():
+    _define(
+        getattr(operator, _operator),
+        _lanes,
+        (_lanes, _lanes),
+        lambda builder, a, b, instruction=_instruction: getattr(builder, instruction)(a, b),
+    )
+for _operator, _symbol in {'lt': '<', 'le': '<=', 'gt': '>', 'ge': '>='}.items():
+    _define(getattr(operator, _operator), _mask, (_lanes, _lanes), _compare(_symbol))
+_define(operator.neg, _lanes, (_lanes,), lambda builder, a: builder.fneg(a))
+_define(operator.and_, _mask, (_mask, _mask), lambda builder, a, b: builder.and_(a, b))
+_define(operator.or_, _mask, (_mask, _mask), lambda builder, a, b: builder.or_(a, b))
+_define(operator.invert, _mask, (_mask,), lambda builder, a: builder.not_(a))
+
+_define(plain.fma, _lanes, (_lanes, _lanes, _lanes), _call(f'llvm.fma.v{LANES}f32', _FLOATS, 3))
+_define(plain.absolute, _lanes, (_lanes,), _call(f'llvm.fabs.v{LANES}f32', _FLOATS, 1))
+_define(plain.copy_sign, _lanes, (_lanes, _lanes), _call(f'llvm.copysign.v{LANES}f32', _FLOATS, 2))
+_define(plain.minimum, _lanes, (_lanes, _lanes), _extremum('<'))
+_define(plain.maximum, _lanes, (_lanes, _lanes), _extremum('>'))
+_define(plain.select, _lanes, (_mask, _lanes, _lanes), lambda builder, m, a, b: builder.select(m, a, b))
+_define(
+    plain.swap_halves,
+    _lanes,
+    (_lanes,),
+    lambda builder, a: builder.shuffle_vector(a, a, ir.Constant(_INTS, [(i + HALF) % LANES for i in range(LANES)])),
+)
+_define(
+    plain.any_lane,
+    types.boolean,
+    (_mask,),
+    lambda builder, m: builder.icmp_unsigned('!=', builder.bitcast(m, ir.IntType(LANES)), ir.IntType(LANES)(0)),
+)
+_define(
+    plain.lane_bits,
+    types.uint32,
+    (_mask,),
+    lambda builder, m: builder.zext(builder.bitcast(m, ir.IntType(LANES)), _I32),
+)
+
+
+def _splat_integer(builder, scalar):
+    vector = builder.insert_element(ir.Constant(_INTS, ir.Undefined), builder.trunc(scalar, _I32), _I32(0))
+    return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
+
+
+_define(
+    plain.subtract_bits,
+    _lanes,
+    (types.int64, _lanes),
+    lambda builder, constant, a: builder.bitcast(
+        builder.sub(_splat_integer(builder, constant), builder.bitcast(a, _INTS)), _FLOATS
+    ),
+)
+_define(
+    plain.subtract_half_bits,
+    _lanes,
+    (types.int64, _lanes),
+    lambda builder, constant, a: builder.bitcast(
+        builder.sub(_splat_integer(builder, constant), builder.lshr(builder.bitcast(a, _INTS), _shift(1))), _FLOATS
+    ),
+)
+_define(
+    plain.add_exponent,
+    _lanes,
+    (_lanes, _lanes),
+    _on_bits(lambda builder, a, n: builder.add(a, builder.shl(n, _shift(23)))),
+)
+
+
+@lower_builtin(plain.splat, types.float32)
+def _lower_splat(context, builder, sig, values):
+    return _splat(builder, values[0])
+
+
+infer_global(plain.splat)(type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, types.float32)]}))
+
+
+def _row_pointer(context, builder, sig, values):
+    array = context.make_array(sig.args[0])(context, builder, values[0])
+    index = builder.mul(values[1], ir.IntType(64)(LANES))
+    address = builder.gep(array.data, [index])
+    return builder.bitcast(address, ir.PointerType(_FLOATS))
+
+
+@lower_builtin(plain.load, _rows, types.intp)
+def _lower_load(context, builder, sig, values):
+    return builder.load(_row_pointer(context, builder, sig, values), align=4)
+
+
+@lower_builtin(plain.store, _rows, types.intp, LanesType)
+def _lower_store(context, builder, sig, values):
+    builder.store(values[2], _row_pointer(context, builder, sig, values), align=4)
+    return context.get_dummy_value()
+
+
+infer_global(plain.load)(type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, _rows, types.intp)]}))
+infer_global(plain.store)(
+    type('Template', (ConcreteTemplate,), {'cases': [signature(types.none, _rows, types.intp, _lanes)]})
+)
