@@ -76,8 +76,8 @@ def behave(state, genes, model):
     gap : array (n,)
         Least distance of the two rims during the tick, m; not positive = captured.
     record : dict
-        ``readings`` (n, 2, 37), ``inputs`` (n, 2, 25), ``hidden`` (n, 2, 10), ``outputs`` (n, 2, 2),
-        ``wheels`` (n, 2, 2).
+        ``readings`` (n, 2, 37), ``inputs`` (n, 2, 25), ``hidden`` (n, 2, 10),
+        ``outputs`` (n, 2, 2), ``wheels`` (n, 2, 2).
     """
     readings = sense(state.poses, state.contact, model.obstacle)
     tired = tiredness(state.spent)

@@ -7,7 +7,7 @@ OBSTACLE_RADIUS = 0.05
 INFRARED_ANGLES = np.radians(7.5 + 15 * np.arange(24))
 SECTOR = np.radians(45)
 GROUND_POSITIONS = np.array(
-    [(0.0435, 0.049), (-0.0435, 0.049), (-0.0435, -0.049), (0.0435, -0.049)]
+    [(0.0435, 0.049), (0.0435, -0.049), (-0.0435, 0.049), (-0.0435, -0.049)]
 )
 
 
@@ -95,7 +95,7 @@ def camera(poses, obstacle):
 
 
 def view(offset, radius):
-    """Direction, half-width (rad) and length of the tangents (m) of a disc seen from the origin."""
+    """Direction and half-width (rad) of a disc seen from the origin, length of its tangents (m)."""
     distance = np.hypot(offset[..., 0], offset[..., 1])
     return (
         np.arctan2(offset[..., 1], offset[..., 0]),
