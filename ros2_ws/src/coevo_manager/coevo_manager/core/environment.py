@@ -1,0 +1,71 @@
+"""What an episode happens in and between whom: everything but the genomes."""
+
+import math
+from dataclasses import dataclass
+
+from marxbot_sim.core.parameters import PREDATOR_WHEEL_SPEED, PREY_WHEEL_SPEED, Arena
+from neuro_controller.core.controller import MAX_WHEEL_SPEED, MOTOR_MAPS
+
+MAX_EPISODE_TICKS = 1_000_000
+
+
+@dataclass(frozen=True)
+class Environment:
+    """The conditions of an episode.
+
+    Attributes
+    ----------
+    obstacle : bool
+        Whether a cylinder stands at the centre of the arena (paper section 5).
+    motor_map : str
+        'printed' (equations 3 and 4 as printed) or 'signed' (2 rm - 1 in place of rm).
+    predator_speed : float
+        Highest wheel speed of the predator, rad/s, up to 30; None is the paper's: 8.5, or 10 with the obstacle.
+    prey_speed : float
+        Highest wheel speed of the prey, rad/s, up to 30.
+    episode_ticks : int
+        Length of an episode, ticks of 0.1 s, 1 to 1,000,000.
+    wall_friction : float
+        Coulomb coefficient at walls and obstacle, at least 0.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range, in one sentence.
+    """
+
+    obstacle: bool = False
+    motor_map: str = 'printed'
+    predator_speed: float | None = None
+    prey_speed: float = PREY_WHEEL_SPEED
+    episode_ticks: int = 1000
+    wall_friction: float = 0.5
+
+    def __post_init__(self):
+        if self.predator_speed is None:
+            object.__setattr__(self, 'predator_speed', PREDATOR_WHEEL_SPEED[bool(self.obstacle)])
+        if not isinstance(self.obstacle, bool):
+            raise ValueError(f'obstacle is {self.obstacle!r}, expected True or False')
+        if self.motor_map not in MOTOR_MAPS:
+            raise ValueError(f'motor_map is {self.motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}')
+        for name in ('predator_speed', 'prey_speed'):
+            _check(name, getattr(self, name), 'rad/s above 0 and up to 30', lambda v: 0.0 < v <= MAX_WHEEL_SPEED)
+        ticks = self.episode_ticks
+        if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= MAX_EPISODE_TICKS:
+            raise ValueError(f'episode_ticks is {ticks!r}, expected a whole number from 1 to {MAX_EPISODE_TICKS}')
+        _check('wall_friction', self.wall_friction, 'a number of at least 0', lambda v: 0.0 <= v < math.inf)
+
+    @property
+    def arena(self):
+        """The arena, a `marxbot_sim.core.parameters.Arena`."""
+        return Arena(obstacle=self.obstacle, wall_friction=self.wall_friction)
+
+    @property
+    def max_wheel_speeds(self):
+        """Highest wheel speeds of predator and prey, rad/s."""
+        return self.predator_speed, self.prey_speed
+
+
+def _check(name, value, expected, holds):
+    if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
+        raise ValueError(f'{name} is {value!r}, expected {expected}')

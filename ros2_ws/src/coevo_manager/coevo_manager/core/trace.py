@@ -1,0 +1,71 @@
+"""One episode, recorded tick by tick."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from marxbot_sim.core.world import World
+from neuro_controller.core.controller import Controller
+
+from .environment import Environment
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What happened in an episode of t ticks; the axis of length 2 is predator, prey.
+
+    Attributes
+    ----------
+    poses : float32 array, shape (t + 1, 2, 3)
+        x and y in m and heading in rad, at the start and after each tick.
+    wheels : float32 array, shape (t, 2, 2)
+        Speeds of left and right wheel, rad/s.
+    readings : float32 array, shape (t, 2, 37)
+        What the robots sensed at the start of each tick, see `marxbot_sim.core.layout`.
+    inputs, hidden, outputs : float32 arrays, shapes (t, 2, 25), (t, 2, 10), (t, 2, 2)
+        Neurons after each tick, 0..1.
+    ticks : int
+        Length of the episode, t.
+    captured : bool
+        Whether the prey was captured in the last tick.
+    """
+
+    poses: np.ndarray
+    wheels: np.ndarray
+    readings: np.ndarray
+    inputs: np.ndarray
+    hidden: np.ndarray
+    outputs: np.ndarray
+    ticks: int
+    captured: bool
+
+
+def trace_pair(predator, prey, environment=Environment()):  # noqa: B008
+    """Play one episode through `World` and `Controller`, which run the functions that the batch runs.
+
+    Parameters
+    ----------
+    predator, prey : array_like, float32, shape (442,)
+    environment : Environment
+
+    Returns
+    -------
+    Trace
+        ``ticks`` is what `evaluate_pairs` gives for this pair.
+    """
+    world = World(environment.arena)
+    controllers = [
+        Controller(genome, speed, environment.motor_map, environment.episode_ticks)
+        for genome, speed in zip((predator, prey), environment.max_wheel_speeds, strict=True)
+    ]
+    poses, wheels, readings, neurons = [world.poses], [], [], []
+    captured = False
+    while not captured and len(wheels) < environment.episode_ticks:
+        readings.append(world.readings)
+        wheels.append([c.step(r) for c, r in zip(controllers, readings[-1], strict=True)])
+        neurons.append([(c.inputs, c.hidden, c.outputs) for c in controllers])
+        captured = world.step(wheels[-1])
+        poses.append(world.poses)
+    inputs, hidden, outputs = (np.array([[robot[i] for robot in tick] for tick in neurons]) for i in range(3))
+    return Trace(
+        np.array(poses), np.array(wheels), np.array(readings), inputs, hidden, outputs, len(wheels), captured
+    )
