@@ -4,25 +4,8 @@ import numpy as np
 import pytest
 from reference import arc, gap, sense
 from reference.motion import TICK, WHEEL_RADIUS, WHEEL_SEPARATION
+from reference.samples import scattered
 from reference.sensing import BODY_RADIUS, OBSTACLE_RADIUS, ray_to_disc
-
-
-def scattered(rng, n, obstacle, size=3.0):
-    """n pairs of robots anywhere, half of them close together, none inside anything."""
-    limit = size / 2 - BODY_RADIUS
-    poses = rng.uniform((-limit, -limit, -np.pi), (limit, limit, np.pi), (8 * n, 2, 3))
-    near = rng.uniform(0.17, 0.4, 8 * n)
-    direction = rng.uniform(-np.pi, np.pi, 8 * n)
-    close = poses[:, 0, :2] + near[:, None] * np.stack([np.cos(direction), np.sin(direction)], 1)
-    poses[::2, 1, :2] = close[::2]
-    poses[::3, 0, :2] *= 0.2
-    xy = poses[..., :2]
-    free = (np.abs(xy) <= limit).all(axis=(1, 2))
-    free &= np.hypot(*(xy[:, 1] - xy[:, 0]).T) > 2 * BODY_RADIUS
-    if obstacle:
-        free &= (np.hypot(xy[..., 0], xy[..., 1]) > BODY_RADIUS + OBSTACLE_RADIUS).all(axis=1)
-    assert free.sum() >= n
-    return poses[free][:n]
 
 
 @pytest.mark.parametrize('obstacle', [False, True])

@@ -95,7 +95,7 @@ def camera(poses, obstacle):
 
 
 def view(offset, radius):
-    """Direction and half-width (rad) of a disc seen from the origin, length of its tangents (m)."""
+    """Direction and half-width (rad) of a disc seen from the origin, length of tangents (m)."""
     distance = np.hypot(offset[..., 0], offset[..., 1])
     return (
         np.arctan2(offset[..., 1], offset[..., 0]),

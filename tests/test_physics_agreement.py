@@ -1,0 +1,76 @@
+"""One tick of the compiled physics against the reference, from thousands of states."""
+
+import numpy as np
+import pytest
+from reference import arc, gap, sense, slide
+from reference.samples import envelope, scattered
+
+from marxbot_sim.core.parameters import INFRARED_RANGE, Arena
+from marxbot_sim.core.world import World
+
+N = 2000
+
+
+def compared(readings):
+    """Readings with all distances beyond the infrared range made equal."""
+    readings = readings.astype(float)
+    readings[..., :24] = np.minimum(readings[..., :24], INFRARED_RANGE)
+    return readings
+
+
+def beyond(values, low, high):
+    """How far values lie outside their envelope."""
+    return np.maximum(np.maximum(low - values, values - high), 0)
+
+
+@pytest.mark.parametrize('obstacle', [False, True])
+def test_sensors(obstacle):
+    poses = scattered(np.random.default_rng(5), N, obstacle)
+    world = World(Arena(obstacle=obstacle))
+    readings = np.empty((N, 2, 37))
+    for k in range(N):
+        world.reset(poses[k])
+        readings[k] = world.readings
+    low, high = envelope(lambda poses: compared(sense(poses, np.zeros((N, 2)), obstacle)), poses)
+    error = beyond(compared(readings), low, high)
+    assert error.max() < 1e-6
+    # the envelope hides nothing: nearly everywhere it is as narrow as float32
+    assert (high - low > 1e-4).mean() < 1e-3
+    seen = compared(readings)
+    assert (seen[..., :24] < INFRARED_RANGE).mean() > 0.05
+    assert (seen[..., 24:32] > 0).mean() > 0.1
+
+
+@pytest.mark.parametrize('friction', [0.0, 0.5, 3.0])
+@pytest.mark.parametrize('obstacle', [False, True])
+def test_motion_and_capture(obstacle, friction):
+    rng = np.random.default_rng(6)
+    poses = scattered(rng, N, obstacle)
+    wheels = rng.uniform(-10, 10, (N, 2, 2)).astype(np.float32)
+    wheels[::2] = 10 * np.sign(wheels[::2, :, :1])
+    world = World(Arena(obstacle=obstacle, wall_friction=friction))
+    bodies, captured = np.empty((N, 2, 5)), np.empty(N, bool)
+    for k in range(N):
+        world.reset(poses[k])
+        captured[k] = world.step(wheels[k])
+        bodies[k] = world.bodies
+
+    def moved(poses):
+        displacement, turn = arc(poses[..., 2], wheels.astype(float))
+        end, contact = slide(poses[..., :2], displacement, friction, obstacle)
+        heading = poses[..., 2] + turn
+        return np.stack(
+            [end[..., 0], end[..., 1], np.cos(heading), np.sin(heading), contact], axis=-1
+        )
+
+    low, high = envelope(moved, poses)
+    error = beyond(bodies, low, high)
+    assert error.max() < 1e-6
+    assert ((high - low)[..., 4] > 0).mean() < 1e-3
+    assert 0.05 < bodies[..., 4].mean() < 0.9
+
+    apart = gap(poses[..., :2], moved(poses)[..., :2])
+    clear = np.abs(apart) > 1e-6
+    assert (captured == (apart <= 0))[clear].all()
+    assert clear.mean() > 0.999
+    assert 0.01 < captured.mean() < 0.99
