@@ -7,13 +7,12 @@ import math
 import types
 import typing
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from coevo_manager.core.episodes import Environment
+from coevo_manager.core.environment import Environment
 
 
-def _field(default, help, unit='', minimum=None, maximum=None, choices=()):
+def _field(default, help, unit='', minimum=0, maximum=math.inf, choices=()):
     return dataclasses.field(
         default=default,
         metadata={
@@ -42,10 +41,10 @@ class Configuration:
 
     algorithm: str = _field('standard', 'how opponents, agents and survivors are chosen')
     optimizer: str = _field('one_plus_one', 'how an agent is evolved within a phase')
-    seed: int = _field(1, 'seed of every random draw', minimum=0, maximum=2**63 - 1)
+    seed: int = _field(1, 'seed of every random draw', minimum=0, maximum=2**32 - 1)
 
     population: int = _field(
-        80, 'individuals of each species, N', 'individuals', minimum=2, maximum=10_000
+        80, 'individuals of each species, N', 'individuals', minimum=2, maximum=1024
     )
     selected: int | None = _field(
         None,
@@ -55,8 +54,10 @@ class Configuration:
         minimum=1,
     )
     phases: int | None = _field(
-        40, 'the run ends after this many phases; "none" where another budget ends it',
-        'phases', minimum=1,
+        40,
+        'the run ends after this many phases; "none" where another budget ends it',
+        'phases',
+        minimum=1,
     )
     generations: int = _field(
         50, 'generations of one phase', 'generations', minimum=1, maximum=1_000_000
@@ -74,7 +75,9 @@ class Configuration:
         minimum=1,
     )
     snapshot_generations: int = _field(
-        250, 'a snapshot after the phase that completes each such generation', 'generations',
+        250,
+        'a snapshot after the phase that completes each such generation',
+        'generations',
         minimum=1,
     )
 
@@ -148,26 +151,21 @@ class Configuration:
         'fastest wheel of a predator; not given: 8.5 in the open arena, 10 with the obstacle',
         'rad/s',
         minimum=0.0,
-        maximum=100.0,
+        maximum=30.0,
     )
-    prey_speed: float = _field(
-        10.0, 'fastest wheel of a prey', 'rad/s', minimum=0.0, maximum=100.0
-    )
+    prey_speed: float = _field(10.0, 'fastest wheel of a prey', 'rad/s', minimum=0.0, maximum=30.0)
     episode_ticks: int = _field(
-        1000, 'length of an episode', 'ticks of 0.1 s', minimum=1, maximum=1_000_000
+        1000, 'length of an episode', 'ticks of 0.1 s', minimum=1, maximum=100_000
     )
     wall_friction: float = _field(
         0.5, 'Coulomb friction of walls and obstacle', minimum=0.0, maximum=1e6
-    )
-    physics: str = _field(
-        'kinematic', 'the physics of an episode', choices=('kinematic', 'pymunk')
     )
 
     def __post_init__(self) -> None:
         from coevo_manager.core.evolution import algorithms, optimizers
 
         for name, value in self.as_dict().items():
-            _check_field(FIELDS[name], value)
+            object.__setattr__(self, name, _check_field(FIELDS[name], value))
         _check_choice('algorithm', self.algorithm, algorithms.names())
         _check_choice('optimizer', self.optimizer, optimizers.names())
         algorithm = algorithms.load(self.algorithm)
@@ -183,9 +181,7 @@ class Configuration:
         self.make_environment()
 
     def make_environment(self) -> Environment:
-        """The environment of every episode of the run."""
-        from coevo_manager.core.episodes import Environment
-
+        """Return the environment of every episode of the run."""
         return Environment(
             obstacle=self.environment == 'obstacle',
             motor_map=self.motor_map,
@@ -193,11 +189,10 @@ class Configuration:
             prey_speed=self.prey_speed,
             episode_ticks=self.episode_ticks,
             wall_friction=self.wall_friction,
-            physics=self.physics,
         )
 
     def as_dict(self) -> dict[str, Any]:
-        """Every field by name, in the order above."""
+        """Return every field by name, in the order above."""
         return {name: getattr(self, name) for name in FIELDS}
 
 
@@ -218,7 +213,7 @@ cores, ``paper`` is one replication of Simione and Nolfi (2019), section 3."""
 
 
 def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
-    """A preset with some of its fields given.
+    """Complete a preset by the fields given.
 
     Parameters
     ----------
@@ -243,7 +238,7 @@ def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Conf
 
 
 def differences(ours: Configuration, theirs: Configuration) -> list[str]:
-    """The fields in which two configurations differ, as 'name: ours, theirs'."""
+    """List the fields in which two configurations differ, as 'name: ours, theirs'."""
     return [
         f'{name}: {getattr(ours, name)}, {getattr(theirs, name)}'
         for name in FIELDS
@@ -256,27 +251,23 @@ def _check_choice(name: str, value: Any, choices: Iterable[str]) -> None:
         raise ValueError(f'{name} must be one of {", ".join(known)}, got {value!r}')
 
 
-def _check_field(field: dataclasses.Field, value: Any) -> None:
+def _check_field(field: dataclasses.Field, value: Any) -> Any:
+    """Return the value in the field's type, or raise ValueError."""
     kind = _TYPES[field.name]
     if isinstance(kind, types.UnionType):
         if value is None:
-            return
+            return None
         kind = typing.get_args(kind)[0]
+    limits = field.metadata
     if kind is str:
-        if field.metadata['choices']:
-            _check_choice(field.name, value, field.metadata['choices'])
-        return
-    allowed = (int, float) if kind is float else int
-    expected = 'a number' if kind is float else 'a whole number'
-    low, high = field.metadata['minimum'], field.metadata['maximum']
-    if low is not None:
-        expected += f' from {low} to {high}' if high is not None else f' of at least {low}'
-    if (
-        not isinstance(value, allowed)
-        or isinstance(value, bool)
-        or not math.isfinite(value)
-        or (low is not None and value < low)
-        or (high is not None and value > high)
-    ):
-        unit = f' ({field.metadata["unit"]})' if field.metadata['unit'] else ''
-        raise ValueError(f'{field.name} must be {expected}{unit}, got {value!r}')
+        if limits['choices']:
+            _check_choice(field.name, value, limits['choices'])
+        return value
+    low, high = limits['minimum'], limits['maximum']
+    number = isinstance(value, int if kind is int else (int, float))
+    if number and not isinstance(value, bool) and low <= value <= high:
+        return kind(value)
+    expected = 'a whole number' if kind is int else 'a number'
+    bounds = f'from {low:g} to {high:g}' if high < math.inf else f'of at least {low:g}'
+    unit = f' ({limits["unit"]})' if limits['unit'] else ''
+    raise ValueError(f'{field.name} must be {expected} {bounds}{unit}, got {value!r}')

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import threading
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -50,7 +51,9 @@ class Evaluator(Protocol):
     environment: Environment
 
     @property
-    def slots(self) -> int: ...
+    def slots(self) -> int:
+        """See the class."""
+        ...
 
     def submit(self, batch: Batch) -> int:
         """Take a batch and return its ticket at once."""
@@ -80,6 +83,58 @@ class Evaluator(Protocol):
         ...
 
 
+class StoppedError(Exception):
+    """Raised where an evolution was asked to stop."""
+
+
+def next_answer(evaluator: Evaluator, stop: threading.Event) -> tuple[int, np.ndarray]:
+    """Wait for any submitted batch.
+
+    Raises
+    ------
+    StoppedError
+        Within 0.1 s after ``stop`` was set.
+    """
+    while not stop.is_set():
+        answer = evaluator.collect(timeout=0.1)
+        if answer is not None:
+            return answer
+    raise StoppedError
+
+
+def evaluate_all(
+    evaluator: Evaluator, predators: np.ndarray, prey: np.ndarray, stop: threading.Event
+) -> np.ndarray:
+    """Play every predator against every prey.
+
+    Parameters
+    ----------
+    evaluator : Evaluator
+    predators, prey : float32 (P, 442), (Q, 442)
+    stop : Event
+
+    Returns
+    -------
+    int32 (P, Q)
+        Capture ticks.
+
+    Raises
+    ------
+    StoppedError
+    """
+    result = np.empty((len(predators), len(prey)), np.int32)
+    parts = {}
+    for rows in np.array_split(np.arange(len(predators)), min(evaluator.slots, len(predators))):
+        index = np.indices((len(rows), len(prey)), np.uint32).reshape(2, -1)
+        batch = Batch(predators[rows], np.ascontiguousarray(prey), index[0], index[1])
+        parts[evaluator.submit(batch)] = rows
+    while parts:
+        ticket, ticks = next_answer(evaluator, stop)
+        rows = parts.pop(ticket)
+        result[rows] = ticks.reshape(len(rows), len(prey))
+    return result
+
+
 class LocalEvaluator:
     """Plays every batch in this process, when it is collected.
 
@@ -99,11 +154,13 @@ class LocalEvaluator:
         self._tickets = 0
 
     def submit(self, batch: Batch) -> int:
+        """Put a batch in the queue."""
         self._tickets += 1
         self._queue.append((self._tickets, batch))
         return self._tickets
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
+        """Play the oldest batch; None when there is none."""
         from coevo_manager.core.episodes import evaluate_pairs
 
         if not self._queue:
@@ -119,7 +176,9 @@ class LocalEvaluator:
         )
 
     def cancel(self) -> None:
+        """Empty the queue."""
         self._queue.clear()
 
     def close(self) -> None:
+        """Empty the queue."""
         self.cancel()

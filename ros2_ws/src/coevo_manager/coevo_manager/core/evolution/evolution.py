@@ -5,9 +5,30 @@ from __future__ import annotations
 import threading
 from pathlib import Path
 
-from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evaluation import Evaluator
-from coevo_manager.core.evolution.observation import Observer, Outcome
+import numpy as np
+
+from coevo_manager.core.configuration import Configuration, differences
+from coevo_manager.core.evaluation import Evaluator, StoppedError, evaluate_all
+from coevo_manager.core.evolution import algorithms
+from coevo_manager.core.evolution.algorithm import Contest, Opponents
+from coevo_manager.core.evolution.budget import Budget
+from coevo_manager.core.evolution.observation import (
+    GenerationStats,
+    Observer,
+    Outcome,
+    PhaseStats,
+)
+from coevo_manager.core.evolution.phase import Generation, Phase, evolve
+from coevo_manager.core.evolution.randomness import generator
+from coevo_manager.core.evolution.ranking import replacements
+from coevo_manager.core.evolution.report import write_report
+from coevo_manager.core.evolution.run_folder import (
+    RunFolder,
+    RunFolderError,
+    read_configuration,
+)
+from coevo_manager.core.evolution.state import SPECIES, State, fitness_of, other
+from neuro_controller.core.genome import random_genomes
 
 
 class Evolution:
@@ -41,11 +62,9 @@ class Evolution:
         run_folder: Path | str,
         observer: Observer | None = None,
     ) -> None:
-        self.configuration = configuration
-        self._evaluator = evaluator
-        self._folder = Path(run_folder)
-        self._observer = observer
-        self._stop = threading.Event()
+        _check_environment(configuration, evaluator)
+        folder = RunFolder.create(Path(run_folder), configuration)
+        self._prepare(configuration, evaluator, folder, observer)
 
     @classmethod
     def resume(
@@ -65,17 +84,62 @@ class Evolution:
         RunFolderError
             No run there, another configuration's, no sound checkpoint, or in use.
         """
-        raise NotImplementedError
+        held = read_configuration(run_folder)
+        if configuration is not None and configuration != held:
+            raise RunFolderError(
+                f'{run_folder} holds a run of another configuration '
+                f'(there, here): {"; ".join(differences(held, configuration))}'
+            )
+        _check_environment(held, evaluator)
+        evolution = cls.__new__(cls)
+        evolution._prepare(held, evaluator, RunFolder(Path(run_folder)), observer)
+        return evolution
+
+    def _prepare(
+        self,
+        configuration: Configuration,
+        evaluator: Evaluator,
+        folder: RunFolder,
+        observer: Observer | None,
+    ) -> None:
+        self.configuration = configuration
+        self._evaluator = evaluator
+        self._folder = folder
+        self._observer = observer
+        self._stop = threading.Event()
+        self._budget = Budget(configuration)
+        self._algorithm = algorithms.load(configuration.algorithm)(configuration)
+        try:
+            self._state = folder.restore(configuration, self._algorithm)
+        except RunFolderError:
+            folder.close()
+            raise
 
     def run(self) -> Outcome:
-        """Evolve till the budget is spent or `stop` is called, and write the report.
+        """Evolve till the budget is spent or `stop` is called, and write the report; once.
 
         Raises
         ------
         RunFolderError
             The folder cannot be written (a full disk). What it holds stays valid: resume it.
         """
-        raise NotImplementedError
+        report = ''
+        try:
+            if self._state is None:
+                self._state = self._first_state()
+            while generations := self._budget.generations_left(self._state):
+                self._run_phase(self._state, generations)
+            report = self._report(self._state)
+            self.log('finished')
+        except StoppedError:
+            self.log('stopped on request')
+        except BaseException as error:
+            self.log(f'ended by {type(error).__name__}: {error}')
+            raise
+        finally:
+            self._evaluator.cancel()
+            self._folder.close()
+        return Outcome(finished=bool(report), folder=self._folder.path, report=report)
 
     def stop(self) -> None:
         """Ask the run to end within a generation; from any thread or a signal handler.
@@ -86,4 +150,167 @@ class Evolution:
 
     def log(self, message: str) -> None:
         """Add a line with the wall-clock time to run.log; from any thread."""
-        raise NotImplementedError
+        self._folder.log(message)
+
+    def _first_state(self) -> State:
+        """Draw both populations, evaluate everyone against everyone, and save."""
+        predators, prey = self._first_populations()
+        ticks = evaluate_all(self._evaluator, predators, prey, self._stop)
+        state = State(predators, prey, ticks, self.configuration.episode_ticks)
+        state.episodes = ticks.size
+        state.ticks = int(ticks.sum(dtype=np.int64))
+        for species in SPECIES:
+            self._algorithm.remember(state, species)
+        self._save(state, [], evolving='', retained=0, snapshot=True)
+        return state
+
+    def _first_populations(self) -> tuple[np.ndarray, np.ndarray]:
+        size, seed = self.configuration.population, self.configuration.seed
+        return (
+            random_genomes(size, generator(seed, 'first predators')),
+            random_genomes(size, generator(seed, 'first prey')),
+        )
+
+    def _run_phase(self, state: State, generations: int) -> None:
+        """Evolve the evolving species for one phase, replace, swap where due, and save."""
+        configuration, species = self.configuration, state.evolving
+        opponents = self._algorithm.opponents(
+            state, generator(configuration.seed, 'opponents', state.phase + 1)
+        )
+        against = self._fitness_against(state, opponents)
+        chosen = self._algorithm.agents(against)
+        training = against.sum(axis=1, dtype=np.int64)
+        phase = Phase(
+            state.phase + 1,
+            species,
+            generations,
+            state.genomes(species)[chosen],
+            training[chosen],
+            opponents.genomes,
+        )
+        log: list[GenerationStats] = []
+        fitness = [state.mean_fitness(species) for species in SPECIES]
+
+        def on_generation(generation: Generation) -> None:
+            state.generation += 1
+            state.episodes += self._budget.generation
+            state.ticks += generation.ticks
+            stats = GenerationStats(
+                state.generation,
+                phase.number,
+                species,
+                float(generation.fitness.mean()),
+                float(generation.fitness.min()),
+                float(generation.fitness.max()),
+                generation.accepted,
+                state.episodes,
+                state.ticks,
+                *fitness,
+                self._progress(state),
+            )
+            log.append(stats)
+            self._observe(stats)
+
+        before = state.generation
+        evolved, evolved_training = evolve(
+            phase, configuration, self._evaluator, self._stop, on_generation
+        )
+        rows = self._evaluate(state, species, evolved, state.genomes(other(species)))
+        if configuration.replacement == 'evolved':
+            places, retained = chosen, np.arange(len(chosen))
+        else:
+            contest = Contest(
+                np.concatenate(
+                    (state.fitness(species), fitness_of(species, rows, state.episode_ticks))
+                ),
+                np.concatenate((training, evolved_training)),
+                state.episode_ticks,
+            )
+            places, retained = replacements(
+                self._algorithm.scores(contest), configuration.population
+            )
+        state.replace(places, evolved[retained], rows[retained])
+        state.phase = phase.number
+        self._algorithm.remember(state, species)
+        if _crossed(before, state.generation, configuration.swap_generations):
+            state.evolving = other(species)
+        last = not self._budget.generations_left(state)
+        due = _crossed(before, state.generation, configuration.snapshot_generations)
+        self._save(state, log, species, len(retained), snapshot=due or last)
+
+    def _fitness_against(self, state: State, opponents: Opponents) -> np.ndarray:
+        """Return the incumbents' fitness against the opponents, (N, m), in ticks."""
+        species = state.evolving
+        if opponents.index is not None:
+            return state.fitness(species)[:, opponents.index]
+        ticks = self._evaluate(state, species, state.genomes(species), opponents.genomes)
+        return fitness_of(species, ticks, state.episode_ticks)
+
+    def _evaluate(
+        self, state: State, species: str, ours: np.ndarray, theirs: np.ndarray
+    ) -> np.ndarray:
+        """Play all of ours against all of theirs, at the run's cost; capture ticks (us, them)."""
+        if species == 'predator':
+            ticks = evaluate_all(self._evaluator, ours, theirs, self._stop)
+        else:
+            ticks = evaluate_all(self._evaluator, theirs, ours, self._stop).T
+        state.episodes += ticks.size
+        state.ticks += int(ticks.sum(dtype=np.int64))
+        return ticks
+
+    def _save(
+        self,
+        state: State,
+        generations: list[GenerationStats],
+        evolving: str,
+        retained: int,
+        snapshot: bool,
+    ) -> None:
+        stats = PhaseStats(
+            state.phase,
+            state.generation,
+            evolving,
+            state.mean_fitness('predator'),
+            state.mean_fitness('prey'),
+            retained,
+            state.episodes,
+            state.ticks,
+            self._progress(state),
+        )
+        self._folder.save(self.configuration, state, self._algorithm, generations, stats, snapshot)
+        self._observe(stats)
+
+    def _report(self, state: State) -> str:
+        predators, prey = self._first_populations()
+        ticks = [
+            evaluate_all(self._evaluator, ours, theirs, self._stop)
+            for ours, theirs in (
+                (predators, prey),
+                (state.predators, prey),
+                (predators, state.prey),
+            )
+        ]
+        report = write_report(self.configuration, state, *ticks)
+        self._folder.save_report(report)
+        return report
+
+    def _progress(self, state: State) -> float:
+        return self._budget.progress(state.generation, state.episodes, state.ticks)
+
+    def _observe(self, stats: GenerationStats | PhaseStats) -> None:
+        if self._observer is not None:
+            self._observer(stats)
+
+
+def _crossed(before: int, after: int, interval: int) -> bool:
+    """Whether a multiple of the interval lies in (before, after]."""
+    return after // interval > before // interval
+
+
+def _check_environment(configuration: Configuration, evaluator: Evaluator) -> None:
+    wanted = configuration.make_environment()
+    if evaluator.environment != wanted:
+        raise ValueError(
+            f"the evaluator's environment must be that of the run, {wanted}, "
+            f'got {evaluator.environment}'
+        )

@@ -1,11 +1,39 @@
-"""The folder of a run: configuration, logs, snapshots, checkpoints, report."""
+"""The folder of a run: configuration, logs, snapshots, checkpoints, report (docs/formats.md)."""
 
 from __future__ import annotations
 
+import contextlib
+import datetime
+import fcntl
 import json
+import platform
+import threading
+from collections.abc import Iterable, Iterator
+from importlib import metadata
 from pathlib import Path
 
+import numpy as np
+
 from coevo_manager.core.configuration import Configuration, load_configuration
+from coevo_manager.core.evolution import checkpoint
+from coevo_manager.core.evolution.algorithm import Algorithm
+from coevo_manager.core.evolution.files import TEMPORARY, DurableLog, npz_bytes, write_whole
+from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
+from coevo_manager.core.evolution.state import State
+
+VERSION = 1
+"""Version of run.json, the logs and the snapshots."""
+
+GENERATION_COLUMNS = (
+    'generation', 'phase', 'evolving', 'fitness_mean', 'fitness_min', 'fitness_max', 'accepted',
+    'episodes', 'ticks',
+)  # fmt: skip
+PHASE_COLUMNS = (
+    'phase', 'generation', 'evolving', 'predator_fitness', 'prey_fitness', 'retained',
+    'episodes', 'ticks',
+)  # fmt: skip
+_LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
+_PACKAGES = ('numpy', 'numba', 'cma')
 
 
 class RunFolderError(Exception):
@@ -13,7 +41,7 @@ class RunFolderError(Exception):
 
 
 def read_configuration(folder: Path | str) -> Configuration:
-    """The configuration of the run in a folder.
+    """Read the configuration of the run in a folder.
 
     Raises
     ------
@@ -22,8 +50,177 @@ def read_configuration(folder: Path | str) -> Configuration:
     """
     path = Path(folder) / 'run.json'
     try:
-        return load_configuration(json.loads(path.read_text())['configuration'])
-    except FileNotFoundError:
+        content = json.loads(path.read_text())
+        if content['version'] != VERSION:
+            raise ValueError(
+                f'it has format version {content["version"]}, this program reads {VERSION}'
+            )
+        return load_configuration(content['configuration'])
+    except (FileNotFoundError, NotADirectoryError):
         raise RunFolderError(f'{folder} holds no run: it has no run.json') from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RunFolderError(f'{path} cannot be read: {error}') from None
+
+
+class RunFolder:
+    """Writes the files of one run; one process at a time.
+
+    Parameters
+    ----------
+    path : Path
+        A folder made by `create`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._logs: dict[str, DurableLog] = {}
+        self._events_lock = threading.Lock()
+        with self._writing('run.log'):
+            self._events = (path / 'run.log').open('a')
+            for name in ('snapshots', 'checkpoint'):
+                (path / name).mkdir(exist_ok=True)
+        try:
+            fcntl.flock(self._events, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self._events.close()
+            raise RunFolderError(f'another process is running in {path}') from None
+
+    @classmethod
+    def create(cls, path: Path, configuration: Configuration) -> RunFolder:
+        """Start a run in a new or empty folder.
+
+        Raises
+        ------
+        RunFolderError
+        """
+        if (path / 'run.json').exists():
+            raise RunFolderError(
+                f'{path} holds another run; give another folder, or continue that run by '
+                f'resuming {path}'
+            )
+        content = {
+            'version': VERSION,
+            'configuration': configuration.as_dict(),
+            'versions': {
+                'python': platform.python_version(),
+                **{name: metadata.version(name) for name in _PACKAGES},
+            },
+        }
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            if any(not file.name.endswith(TEMPORARY) for file in path.iterdir()):
+                raise RunFolderError(f'{path} is not empty; give a new or an empty folder')
+            write_whole(path / 'run.json', (json.dumps(content, indent=2) + '\n').encode())
+        except OSError as error:
+            raise RunFolderError(f'cannot write {path}: {error.strerror}') from None
+        return cls(path)
+
+    def restore(self, configuration: Configuration, algorithm: Algorithm) -> State | None:
+        """Go back to the newest sound checkpoint; None when the run had not reached any.
+
+        The logs are cut to where they were at that checkpoint. Damaged checkpoints are passed
+        over, and said in run.log.
+
+        Raises
+        ------
+        RunFolderError
+            There are checkpoints, but none is sound.
+        """
+        for leftover in self.path.rglob('*' + TEMPORARY):
+            leftover.unlink()
+        problems = []
+        for path in checkpoint.newest_first(self.path / 'checkpoint'):
+            try:
+                state, sizes = checkpoint.load(path, configuration, algorithm, tuple(_LOGS))
+                self._open_logs(sizes)
+            except (checkpoint.CheckpointError, ValueError) as error:
+                problems.append(str(error))
+                self.log(f'{error}; trying the checkpoint before it')
+                continue
+            self.log(f'resumed after phase {state.phase}, generation {state.generation}')
+            return state
+        if problems:
+            raise RunFolderError(f'no sound checkpoint left: {"; ".join(problems)}')
+        self._open_logs(dict.fromkeys(_LOGS, 0))
+        return None
+
+    def save(
+        self,
+        configuration: Configuration,
+        state: State,
+        algorithm: Algorithm,
+        generations: Iterable[GenerationStats],
+        phase: PhaseStats,
+        snapshot: bool,
+    ) -> None:
+        """Put a completed phase on disk: logs, snapshot if wanted, checkpoint.
+
+        Raises
+        ------
+        RunFolderError
+            A file could not be written; the folder is as it was after the phase before.
+        """
+        for name, rows in (('generations', generations), ('phases', (phase,))):
+            with self._writing(f'{name}.csv'):
+                self._logs[name].append(''.join(_row(stats, _LOGS[name]) for stats in rows))
+        if snapshot:
+            self._save_snapshot(state)
+        sizes = {name: log.size for name, log in self._logs.items()}
+        with self._writing('checkpoint'):
+            checkpoint.save(self.path / 'checkpoint', configuration, state, algorithm, sizes)
+
+    def _save_snapshot(self, state: State) -> None:
+        name = f'snapshots/gen_{state.generation:06d}.npz'
+        arrays = {
+            'version': np.int64(VERSION),
+            'generation': np.int64(state.generation),
+            'predators': state.predators,
+            'prey': state.prey,
+            'fitness': (state.fitness('predator') / state.episode_ticks).astype(np.float32),
+        }
+        with self._writing(name):
+            write_whole(self.path / name, npz_bytes(arrays))
+
+    def save_report(self, text: str) -> None:
+        """Write report.md; RunFolderError when that fails."""
+        with self._writing('report.md'):
+            write_whole(self.path / 'report.md', text.encode())
+
+    def log(self, message: str) -> None:
+        """Add a line with the wall-clock time to run.log; from any thread.
+
+        A line that finds no room is lost: the log says what happened, no result depends on it.
+        """
+        now = datetime.datetime.now().astimezone().isoformat(timespec='milliseconds')
+        with self._events_lock, contextlib.suppress(OSError, ValueError):
+            self._events.write(f'{now} {message}\n')
+            self._events.flush()
+
+    def close(self) -> None:
+        """Close the files and let others use the folder."""
+        for log in self._logs.values():
+            log.close()
+        with self._events_lock, contextlib.suppress(OSError):
+            self._events.close()
+
+    def _open_logs(self, sizes: dict[str, int]) -> None:
+        with self._writing('logs'):
+            for name, columns in _LOGS.items():
+                self._logs[name] = DurableLog(
+                    self.path / f'{name}.csv', ','.join(columns), sizes[name]
+                )
+
+    @contextlib.contextmanager
+    def _writing(self, name: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise RunFolderError(
+                f'cannot write {self.path / name}: {error.strerror}; every phase completed '
+                f'before is safe, continue by resuming {self.path} once this is mended'
+            ) from None
+
+
+def _row(stats: GenerationStats | PhaseStats, columns: tuple[str, ...]) -> str:
+    values = (getattr(stats, column) for column in columns)
+    return ','.join(f'{v:.6f}' if isinstance(v, float) else str(v) for v in values) + '\n'

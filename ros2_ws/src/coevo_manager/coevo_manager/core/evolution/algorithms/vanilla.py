@@ -1,0 +1,43 @@
+"""The control condition Vanilla (Simione and Nolfi 2019, section 2.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from coevo_manager.core.configuration import Configuration
+from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
+from coevo_manager.core.evolution.state import State, other
+
+
+class Vanilla(Algorithm):
+    """Everyone evolves against everyone: the Standard condition with n = N.
+
+    No opponent is left for validation, so that nothing filters out opportunistic agents.
+    """
+
+    @staticmethod
+    def default_selected(population: int) -> int:
+        """Return the whole population."""
+        return population
+
+    @staticmethod
+    def check(configuration: Configuration) -> None:
+        """Demand that everyone be selected."""
+        if configuration.selected != configuration.population:
+            raise ValueError(
+                f'selected must equal population ({configuration.population}) in the algorithm '
+                f'vanilla, got {configuration.selected}'
+            )
+
+    def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
+        """Take the whole opposing population."""
+        genomes = state.genomes(other(state.evolving))
+        return Opponents(genomes, np.arange(len(genomes)))
+
+    def agents(self, fitness: np.ndarray) -> np.ndarray:
+        """Take the whole evolving population."""
+        return np.arange(len(fitness))
+
+    def scores(self, contest: Contest) -> np.ndarray:
+        """Weigh opponents by their own fitness."""
+        return self.weighted(contest)

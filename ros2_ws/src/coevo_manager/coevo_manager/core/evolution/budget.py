@@ -1,0 +1,67 @@
+"""What a run may cost: phases, episodes, ticks, whichever is spent first."""
+
+from __future__ import annotations
+
+from coevo_manager.core.configuration import Configuration
+from coevo_manager.core.evolution import algorithms, optimizers
+from coevo_manager.core.evolution.state import State
+
+
+class Budget:
+    """Costs of a configuration, known beforehand but for the length of episodes.
+
+    Attributes
+    ----------
+    first : int
+        Episodes of the first evaluation, N x N.
+    overhead : int
+        Episodes of a phase outside its generations: the n evolved agents against the whole
+        opposing population, n x N, and the N incumbents against opponents from elsewhere.
+    generation : int
+        Episodes of a generation: n agents, k candidates each, against n opponents.
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        population, selected = configuration.population, configuration.selected
+        candidates = optimizers.load(configuration.optimizer).candidates(configuration)
+        external = algorithms.load(configuration.algorithm).external_opponents
+        self._configuration = configuration
+        self.first = population * population
+        self.overhead = selected * population * (2 if external else 1)
+        self.generation = selected * candidates * selected
+
+    def episodes(self, phases: int) -> int:
+        """Return the episodes of a run of that many whole phases."""
+        phase = self._configuration.generations * self.generation + self.overhead
+        return self.first + phases * phase
+
+    def generations_left(self, state: State) -> int:
+        """Return the length of the next phase, in generations; 0 when the run has ended.
+
+        A phase is shortened where the budget of episodes demands it, and where the budget of
+        ticks might: every episode of the phase is taken to last to its end.
+        """
+        configuration = self._configuration
+        if configuration.phases is not None and state.phase >= configuration.phases:
+            return 0
+        left = configuration.generations
+        for limit, spent, longest in (
+            (configuration.episodes, state.episodes, 1),
+            (configuration.ticks, state.ticks, configuration.episode_ticks),
+        ):
+            if limit is not None:
+                episodes = (limit - spent) // longest
+                left = min(left, (episodes - self.overhead) // self.generation)
+        return max(left, 0)
+
+    def progress(self, generation: int, episodes: int, ticks: int) -> float:
+        """Return the share spent of the budget, 0 to 1."""
+        configuration = self._configuration
+        shares = [0.0]
+        if configuration.phases is not None:
+            shares.append(generation / (configuration.phases * configuration.generations))
+        if configuration.episodes is not None:
+            shares.append(episodes / configuration.episodes)
+        if configuration.ticks is not None:
+            shares.append(ticks / configuration.ticks)
+        return min(max(shares), 1.0)

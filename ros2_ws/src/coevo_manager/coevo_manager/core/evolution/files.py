@@ -1,0 +1,87 @@
+"""Files that are whole or absent, whatever happens while they are written."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+
+TEMPORARY = '.partial'
+"""Suffix of a file being written."""
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write beside, flush to the disk and rename.
+
+    Raises
+    ------
+    OSError
+        The file was not written; what stood under this name still does.
+    """
+    beside = path.with_name(path.name + TEMPORARY)
+    try:
+        with beside.open('wb') as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        beside.replace(path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            beside.unlink()
+        raise
+    directory = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(directory)
+    finally:
+        os.close(directory)
+
+
+def npz_bytes(arrays: dict[str, np.ndarray]) -> bytes:
+    """Return the content of an uncompressed .npz file; equal arrays give equal bytes."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    return buffer.getvalue()
+
+
+class DurableLog:
+    """A text file that grows by whole blocks.
+
+    Parameters
+    ----------
+    path : Path
+    header : str
+        First line, written when the file is new or cut to nothing.
+    size : int
+        Bytes to keep of an existing file; the rest is cut.
+    """
+
+    def __init__(self, path: Path, header: str, size: int) -> None:
+        self._path = path
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        if os.fstat(self._descriptor).st_size < size:
+            os.close(self._descriptor)
+            raise ValueError(f'{path} is shorter than its checkpoint says')
+        self.size = size
+        os.ftruncate(self._descriptor, size)
+        if not size:
+            self.append(header + '\n')
+
+    def append(self, text: str) -> None:
+        """Add text and flush it to the disk; an OSError leaves the file as it was."""
+        content = text.encode()
+        try:
+            written = 0
+            while written < len(content):
+                written += os.pwrite(self._descriptor, content[written:], self.size + written)
+            os.fsync(self._descriptor)
+        except OSError:
+            os.ftruncate(self._descriptor, self.size)
+            raise
+        self.size += len(content)
+
+    def close(self) -> None:
+        """Close the file."""
+        os.close(self._descriptor)

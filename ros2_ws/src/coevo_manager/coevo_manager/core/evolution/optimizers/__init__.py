@@ -1,0 +1,18 @@
+"""Optimizers by name: one file each, found here by the file's name."""
+
+import sys
+
+from coevo_manager.core.evolution import registry
+from coevo_manager.core.evolution.optimizer import Optimizer
+
+__all__ = ['load', 'names']
+
+
+def names() -> list[str]:
+    """Return the names of all optimizers."""
+    return registry.names(sys.modules[__name__])
+
+
+def load(name: str) -> type[Optimizer]:
+    """Return the optimizer of that name; ValueError if there is none."""
+    return registry.load(sys.modules[__name__], name, Optimizer)  # type: ignore[type-abstract]

@@ -1,0 +1,85 @@
+"""The populations of a run and what is known of them."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+SPECIES = ('predator', 'prey')
+
+
+def other(species: str) -> str:
+    """Return the opposing species."""
+    return SPECIES[1 - SPECIES.index(species)]
+
+
+@dataclasses.dataclass
+class State:
+    """Both populations after a number of completed phases.
+
+    Attributes
+    ----------
+    predators, prey : float32 (N, 442)
+        Genomes.
+    capture_ticks : int32 (N, N)
+        Capture tick of each predator (row) against each prey (column), 1 to episode_ticks.
+    episode_ticks : int
+        Length of an episode, T.
+    evolving : str
+        Species that evolves in the next phase.
+    phase, generation : int
+        Completed phases and generations.
+    episodes, ticks : int
+        Cost so far.
+    """
+
+    predators: np.ndarray
+    prey: np.ndarray
+    capture_ticks: np.ndarray
+    episode_ticks: int
+    evolving: str = 'predator'
+    phase: int = 0
+    generation: int = 0
+    episodes: int = 0
+    ticks: int = 0
+
+    def genomes(self, species: str) -> np.ndarray:
+        """Return a species' genomes, float32 (N, 442)."""
+        return self.predators if species == 'predator' else self.prey
+
+    def fitness(self, species: str) -> np.ndarray:
+        """Return a species' fitness against each opponent, in ticks.
+
+        Returns
+        -------
+        int32 (N, N)
+            Row = individual of the species, column = opponent; T - t for predators, t for prey.
+        """
+        return fitness_of(species, self._rows(species), self.episode_ticks)
+
+    def mean_fitness(self, species: str) -> float:
+        """Return a population's mean fitness over N x N, 0 to 1."""
+        fitness = self.fitness(species)
+        return int(fitness.sum(dtype=np.int64)) / (fitness.size * self.episode_ticks)
+
+    def replace(self, places: np.ndarray, genomes: np.ndarray, ticks: np.ndarray) -> None:
+        """Put new individuals of the evolving species in places of old ones.
+
+        Parameters
+        ----------
+        places : int (k,)
+        genomes : float32 (k, 442)
+        ticks : int32 (k, N)
+            Their capture ticks against the opposing population.
+        """
+        self.genomes(self.evolving)[places] = genomes
+        self._rows(self.evolving)[places] = ticks
+
+    def _rows(self, species: str) -> np.ndarray:
+        return self.capture_ticks if species == 'predator' else self.capture_ticks.T
+
+
+def fitness_of(species: str, capture_ticks: np.ndarray, episode_ticks: int) -> np.ndarray:
+    """Return fitness in ticks, of the shape of the capture ticks (or their sums)."""
+    return episode_ticks - capture_ticks if species == 'predator' else capture_ticks
