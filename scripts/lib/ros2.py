@@ -1,0 +1,85 @@
+"""The part of the command ``ros2`` that this workspace needs, where no ROS 2 is installed."""
+
+import os
+import sys
+from pathlib import Path
+
+from ament_index_python import PackageNotFoundError, get_package_prefix, get_packages_with_prefixes
+
+
+def executables(package: str) -> dict[str, Path]:
+    """Return the executables of a package: name -> path, by name.
+
+    Raises
+    ------
+    ValueError
+        The package is not in the ament index.
+    """
+    try:
+        folder = Path(get_package_prefix(package), 'lib', package)
+    except (PackageNotFoundError, ValueError):
+        raise ValueError(
+            f'package {package!r} was not found (scripts/ros2 pkg list names those there are)'
+        ) from None
+    if not folder.is_dir():
+        return {}
+    return {
+        path.name: path
+        for path in sorted(folder.iterdir())
+        if path.is_file() and os.access(path, os.X_OK)
+    }
+
+
+def run(arguments: list[str]) -> int:
+    """Become the executable that the arguments name."""
+    if len(arguments) < 2:
+        raise ValueError('run needs a package and an executable')
+    package, name, *rest = arguments
+    found = executables(package)
+    if name not in found:
+        raise ValueError(
+            f'package {package!r} has no executable {name!r}; it has '
+            f'{", ".join(found) or "none at all"}'
+        )
+    os.execv(found[name], [str(found[name]), *rest])
+
+
+def pkg(arguments: list[str]) -> int:
+    """List packages, or executables as ``PACKAGE EXECUTABLE``."""
+    match arguments:
+        case ['list']:
+            print(*sorted(get_packages_with_prefixes()), sep='\n')
+        case ['executables']:
+            for package in sorted(get_packages_with_prefixes()):
+                _print_executables(package)
+        case ['executables', package]:
+            _print_executables(package)
+        case _:
+            raise ValueError(
+                f'pkg takes list or executables [PACKAGE], got {" ".join(arguments) or "nothing"}'
+            )
+    return 0
+
+
+def _print_executables(package: str) -> None:
+    for name in executables(package):
+        print(package, name)
+
+
+COMMANDS = {'run': run, 'pkg': pkg}
+
+
+def main(arguments: list[str]) -> int:
+    """Carry out one command; bad input is one sentence on stderr and exit code 2."""
+    command, *rest = arguments
+    try:
+        if command not in COMMANDS:
+            raise ValueError(f'command must be one of {", ".join(COMMANDS)}, got {command!r}')
+        return COMMANDS[command](rest)
+    except ValueError as error:
+        print(f'ros2: {error}', file=sys.stderr)
+        return 2
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,160 @@
+"""Real ROS 2 processes in tests: an environment no other test shares, and a clean end."""
+
+import contextlib
+import fcntl
+import os
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+END_TIMEOUT = 10.0
+"""How long a process may take to end after SIGTERM before it is killed, s."""
+
+
+@cache
+def _workspace_environment() -> dict[str, str]:
+    """``os.environ`` with the built workspace on its paths."""
+    enter = f'source {ROOT}/scripts/lib/common.sh && enter_workspace && env -0'
+    output = subprocess.run(
+        ['bash', '-c', enter], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True
+    ).stdout.decode()
+    return dict(entry.split('=', 1) for entry in output.split('\0') if entry)
+
+
+@contextlib.contextmanager
+def ros_environment() -> Iterator[dict[str, str]]:
+    """Yield an environment with a ROS_DOMAIN_ID that no other test of this machine has now.
+
+    Domains are held by file locks, so that workers and concurrent suites never share one.
+    """
+    locks = Path(tempfile.gettempdir(), f'ros_domains_{os.getuid()}')
+    locks.mkdir(exist_ok=True)
+    for domain in range(1, 102):
+        with (locks / str(domain)).open('w') as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield {
+                **_workspace_environment(),
+                'ROS_DOMAIN_ID': str(domain),
+                'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+            }
+            return
+    raise RuntimeError('all ROS domains from 1 to 101 are taken by other tests')
+
+
+class Process(subprocess.Popen):
+    """A process with its output in files, that can be read while it runs.
+
+    Attributes
+    ----------
+    stdout_path, stderr_path : Path
+    """
+
+    def __init__(self, arguments: Sequence[str | Path], env: Mapping[str, str], folder: Path):
+        self.stdout_path, self.stderr_path = folder / 'stdout', folder / 'stderr'
+        with self.stdout_path.open('wb') as stdout, self.stderr_path.open('wb') as stderr:
+            super().__init__(
+                [str(argument) for argument in arguments],
+                env=env,
+                stdin=subprocess.DEVNULL,
+                stdout=stdout,
+                stderr=stderr,
+                start_new_session=True,
+            )
+
+    @property
+    def stdout_text(self) -> str:
+        """What it printed so far."""
+        return self.stdout_path.read_text(errors='replace')
+
+    @property
+    def stderr_text(self) -> str:
+        """What it printed on stderr so far."""
+        return self.stderr_path.read_text(errors='replace')
+
+    def wait_for_output(self, text: str, timeout: float = 30.0) -> None:
+        """Wait until it printed `text` on stdout or stderr; fails when it ends without it."""
+        wait_until(
+            lambda: text in self.stdout_text + self.stderr_text or self.poll() is not None,
+            f'{text!r} from {self.args}',
+            timeout,
+        )
+        if text not in self.stdout_text + self.stderr_text:
+            raise AssertionError(
+                f'{self.args} ended with {self.returncode} and never printed {text!r}:\n'
+                f'{self.stdout_text}{self.stderr_text}'
+            )
+
+    def end(self) -> int:
+        """End it, kill what it left behind, and return its exit code."""
+        if self.poll() is None:
+            self.terminate()
+            try:
+                self.wait(END_TIMEOUT)
+            except subprocess.TimeoutExpired:
+                self.kill()
+                self.wait()
+        with contextlib.suppress(ProcessLookupError):  # children that outlived it
+            os.killpg(self.pid, signal.SIGKILL)
+        return self.returncode
+
+
+def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
+    """Wait for a condition, polled each 20 ms; AssertionError naming `what` after `timeout` s."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            raise AssertionError(f'waited {timeout} s in vain for {what}')
+        time.sleep(0.02)
+
+
+@contextlib.contextmanager
+def process_starter(env: Mapping[str, str], folder: Path) -> Iterator[Callable[..., Process]]:
+    """Yield ``start(arguments, changes=None)``; what it started is ended when the block is left.
+
+    `arguments` are ``[PACKAGE, EXECUTABLE, ...]`` of the workspace or a whole command line,
+    `changes` variables of the environment to set otherwise.
+    """
+    started: list[Process] = []
+
+    def start(
+        arguments: Sequence[str | Path], changes: Mapping[str, str] | None = None
+    ) -> Process:
+        place = folder / f'process_{len(started)}'
+        place.mkdir(parents=True)
+        process = Process(_command(arguments), {**env, **(changes or {})}, place)
+        started.append(process)
+        return process
+
+    try:
+        yield start
+    finally:
+        for process in reversed(started):
+            process.end()
+        if any(process.returncode == -signal.SIGKILL for process in started):
+            _clean_shared_memory()
+
+
+def _command(arguments: Sequence[str | Path]) -> list[str | Path]:
+    package, *rest = arguments
+    install = ROOT / 'ros2_ws' / 'install' / package
+    if os.sep in str(package) or not install.is_dir():
+        return list(arguments)
+    return [install / 'lib' / package / rest[0], *rest[1:]]
+
+
+def _clean_shared_memory() -> None:
+    """Remove the shared memory of participants that were killed; living ones keep theirs."""
+    subprocess.run(
+        [ROOT / '.venv' / 'bin' / 'fastdds', 'shm', 'clean'],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
