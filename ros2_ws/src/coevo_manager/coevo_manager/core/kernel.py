@@ -4,8 +4,8 @@ import numba
 from marxbot_sim.core.layout import LEFT, RIGHT
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
-from neuro_controller.core.genome import GENES
-from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, TICKS, control
+from neuro_controller.core.genome import GENES, HIDDEN, HIDDEN_BIASES
+from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, RECALL, TICKS, control
 from simd_lanes import HALF, absolute, lane_bits, load, store
 
 IDLE = -1
@@ -43,6 +43,8 @@ def _start_episode(lane, genome, start, bodies, weights, memory, history, comple
         weights[row, lane] = genome[row]
     for row in range(MEMORY_ROWS):
         memory[row, lane] = 0.0
+    for row in range(HIDDEN):
+        memory[RECALL + row, lane] = genome[HIDDEN_BIASES + row]
     for row in range(FATIGUE_TICKS):
         history[row, lane] = 0.0
     for row in range(COMPLEXITY_ROWS):

@@ -142,21 +142,22 @@ def sense(bodies, arena, obstacle, readings):
     centre_squared = fma(x, x, y * y)
     obstacle_power = centre_squared - OBSTACLE_RADIUS * OBSTACLE_RADIUS
 
-    near_wall = maximum(absolute(x), absolute(y)) > half_size - _NEAR
-    near_robot = distance_squared < _NEAR_ROBOT_SQUARED
-    near_obstacle = centre_squared < _NEAR_OBSTACLE_SQUARED
-    if any_lane(near_wall):
+    near_wall = any_lane(maximum(absolute(x), absolute(y)) > half_size - _NEAR)
+    near_robot = any_lane(distance_squared < _NEAR_ROBOT_SQUARED)
+    near_obstacle = obstacle and any_lane(centre_squared < _NEAR_OBSTACLE_SQUARED)
+    if near_wall or near_robot or near_obstacle:
         _infrared_walls(readings, x, y, cosine, sine, half_size)
-    else:
+        if near_robot:
+            _infrared_disc(readings, forward, left, power)
+        if near_obstacle:
+            _infrared_disc(readings, centre_forward, centre_left, obstacle_power)
         for i in range(INFRARED_RAYS):
-            store(readings, INFRARED + i, splat(_LEAST_INVERSE))
-    if any_lane(near_robot):
-        _infrared_disc(readings, forward, left, power)
-    if obstacle and any_lane(near_obstacle):
-        _infrared_disc(readings, centre_forward, centre_left, obstacle_power)
-    for i in range(INFRARED_RAYS):
-        inverse = maximum(load(readings, INFRARED + i), _LEAST_INVERSE)
-        store(readings, INFRARED + i, reciprocal(inverse) - BODY_RADIUS)
+            inverse = maximum(load(readings, INFRARED + i), _LEAST_INVERSE)
+            store(readings, INFRARED + i, reciprocal(inverse) - BODY_RADIUS)
+    else:
+        nothing = reciprocal(splat(_LEAST_INVERSE)) - BODY_RADIUS
+        for i in range(INFRARED_RAYS):
+            store(readings, INFRARED + i, nothing)
 
     bearing = _bearing(forward, left)
     half_width = _half_width(BODY_RADIUS, distance_squared)

@@ -18,6 +18,7 @@ from .network import (
     PER_MAX_SPEED,
     SETTING_ROWS,
     control,
+    recall,
 )
 
 MOTOR_MAPS = {'printed': (1.0, 0.0), 'signed': (2.0, -1.0)}
@@ -26,6 +27,11 @@ back up, or with 2 rm - 1 in place of rm, where it can."""
 
 MAX_WHEEL_SPEED = 30.0
 """Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of 2**-16 up to there."""
+
+
+@numba.njit(nogil=True, cache=True)
+def _recall(weights, memory):
+    recall(weights, memory)
 
 
 @numba.njit(nogil=True, cache=True)
@@ -88,6 +94,7 @@ class Controller:
     def reset(self):
         """Forget the past: hidden neurons, fatigue and clock start at 0."""
         self._memory = aligned_rows(MEMORY_ROWS)
+        _recall(self._weights, self._memory)
         self._history = aligned_rows(FATIGUE_TICKS)
         self._slot = 0
 

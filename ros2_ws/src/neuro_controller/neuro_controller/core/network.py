@@ -5,7 +5,8 @@ Rows of the arrays, each float32 of shape (rows, 16):
 * `weights`: the genome, with the leaks as `genome.weights_of` gives them;
 * `inputs`: the 25 sensory neurons, 0..1: 8 infrared groups, 8 camera sectors, their mean, 4 ground sensors, their
   mean, collision, clock, fatigue;
-* `memory`: 10 hidden neurons, the 2 motor neurons of the last tick, the sum of the recent speeds, the ticks passed;
+* `memory`: 10 hidden neurons, the 2 motor neurons of the last tick, the sum of the recent speeds, the ticks passed,
+  the recurrent input of the next tick (that of the first tick, with hidden neurons at 0, is the biases);
 * `history`: the speeds of the last 200 ticks;
 * `settings`: what differs between robots and episodes, see `controller.settings_rows`.
 """
@@ -32,8 +33,8 @@ INFRARED_RANGE = 0.1
 
 CAMERA_INPUTS, CAMERA_MEAN, GROUND_INPUTS, GROUND_MEAN, COLLISION, CLOCK, FATIGUE = 8, 16, 17, 21, 22, 23, 24
 
-MOTORS, SPEED_SUM, TICKS = HIDDEN, HIDDEN + 2, HIDDEN + 3
-MEMORY_ROWS = HIDDEN + 4
+MOTORS, SPEED_SUM, TICKS, RECALL = HIDDEN, HIDDEN + 2, HIDDEN + 3, HIDDEN + 4
+MEMORY_ROWS = RECALL + HIDDEN
 
 FATIGUE_TICKS = 200
 """Length of the fatigue window: 20 s (paper eq. 1)."""
@@ -55,8 +56,10 @@ def perceive(readings, memory, settings, inputs):
         total = total + _activation(readings, GROUP * group + 1)
         total = total + _activation(readings, GROUP * group + 2)
         store(inputs, group, total * (1.0 / GROUP))
-    _copy_with_mean(readings, CAMERA_READINGS, 8, inputs, CAMERA_INPUTS)
-    _copy_with_mean(readings, GROUND_READINGS, 4, inputs, GROUND_INPUTS)
+    ahead_and_left = _copy_four(readings, CAMERA_READINGS, inputs, CAMERA_INPUTS)
+    behind_and_right = _copy_four(readings, CAMERA_READINGS + 4, inputs, CAMERA_INPUTS + 4)
+    store(inputs, CAMERA_MEAN, (ahead_and_left + behind_and_right) * 0.125)
+    store(inputs, GROUND_MEAN, _copy_four(readings, GROUND_READINGS, inputs, GROUND_INPUTS) * 0.25)
     store(inputs, COLLISION, load(readings, TOUCH_READING))
     store(inputs, CLOCK, load(memory, TICKS) * load(settings, PER_EPISODE))
     mean_speed = load(memory, SPEED_SUM) * (1.0 / FATIGUE_TICKS)
@@ -69,48 +72,68 @@ def _activation(readings, ray):
 
 
 @numba.njit(forceinline=True)
-def _copy_with_mean(readings, first, count, inputs, target):
-    """Copy `count` readings to `inputs` and put their mean behind them."""
-    total = load(readings, first)
-    store(inputs, target, total)
-    for i in range(1, count):
-        value = load(readings, first + i)
-        store(inputs, target + i, value)
-        total = total + value
-    store(inputs, target + count, total * (1.0 / count))
+def _copy(readings, row, inputs, target):
+    value = load(readings, row)
+    store(inputs, target, value)
+    return value
 
 
 @numba.njit(forceinline=True)
-def _accumulate(sums, values, count, weights, first, stride):
-    """Add ``sum_i values[i] * weights[first + stride * target + i]`` to each of five targets' sums.
+def _copy_four(readings, first, inputs, target):
+    """Copy four readings to the inputs and return their sum."""
+    left = _copy(readings, first, inputs, target) + _copy(readings, first + 1, inputs, target + 1)
+    right = _copy(readings, first + 2, inputs, target + 2) + _copy(readings, first + 3, inputs, target + 3)
+    return left + right
 
-    Five sums at a time, because a value is then loaded once for five products and the additions do not wait for
-    each other.
+
+@numba.njit(forceinline=True)
+def _sense_six(sums, weights, inputs, neuron, output, start, end):
+    """Add what sensors `start` to `end - 1` give to hidden neurons `neuron` to `neuron + 4` and to one output.
+
+    Six sums at a time, because a value is then loaded once for six products, and the additions to one sum do not
+    wait for each other.
     """
-    a, b, c, d, e = sums
-    for i in range(count):
-        value = load(values, i)
-        a = fma(load(weights, first + i), value, a)
-        b = fma(load(weights, first + stride + i), value, b)
-        c = fma(load(weights, first + 2 * stride + i), value, c)
-        d = fma(load(weights, first + 3 * stride + i), value, d)
-        e = fma(load(weights, first + 4 * stride + i), value, e)
-    return a, b, c, d, e
+    a, b, c, d, e, f = sums
+    hidden = SENSOR_TO_HIDDEN + SENSORS * neuron
+    motor = SENSOR_TO_OUTPUT + SENSORS * output
+    for i in range(start, end):
+        value = load(inputs, i)
+        a = fma(load(weights, hidden + i), value, a)
+        b = fma(load(weights, hidden + SENSORS + i), value, b)
+        c = fma(load(weights, hidden + 2 * SENSORS + i), value, c)
+        d = fma(load(weights, hidden + 3 * SENSORS + i), value, d)
+        e = fma(load(weights, hidden + 4 * SENSORS + i), value, e)
+        f = fma(load(weights, motor + i), value, f)
+    return a, b, c, d, e, f
 
 
 @numba.njit(forceinline=True)
-def _net_of_five(weights, memory, inputs, neuron):
-    """Return the net input of hidden neurons `neuron` to `neuron + 4`."""
+def _recall_five(weights, memory, neuron):
+    """Set the recurrent input plus bias that hidden neurons `neuron` to `neuron + 4` will have in the next tick."""
     bias = HIDDEN_BIASES + neuron
-    sums = (
-        load(weights, bias),
-        load(weights, bias + 1),
-        load(weights, bias + 2),
-        load(weights, bias + 3),
-        load(weights, bias + 4),
-    )
-    sums = _accumulate(sums, memory, HIDDEN, weights, HIDDEN_TO_HIDDEN + HIDDEN * neuron, HIDDEN)
-    return _accumulate(sums, inputs, SENSORS, weights, SENSOR_TO_HIDDEN + SENSORS * neuron, SENSORS)
+    a, b, c = load(weights, bias), load(weights, bias + 1), load(weights, bias + 2)
+    d, e = load(weights, bias + 3), load(weights, bias + 4)
+    first = HIDDEN_TO_HIDDEN + HIDDEN * neuron
+    for i in range(HIDDEN):
+        value = load(memory, i)
+        a = fma(load(weights, first + i), value, a)
+        b = fma(load(weights, first + HIDDEN + i), value, b)
+        c = fma(load(weights, first + 2 * HIDDEN + i), value, c)
+        d = fma(load(weights, first + 3 * HIDDEN + i), value, d)
+        e = fma(load(weights, first + 4 * HIDDEN + i), value, e)
+    for offset, total in enumerate((a, b, c, d, e)):
+        store(memory, RECALL + neuron + offset, total)
+
+
+@numba.njit(forceinline=True)
+def recall(weights, memory):
+    """Set the recurrent input of the next tick.
+
+    It is known as soon as the hidden neurons are, and computed then: the processor has little else to do while one
+    number after the other goes through motors and motion.
+    """
+    _recall_five(weights, memory, 0)
+    _recall_five(weights, memory, 5)
 
 
 @numba.njit(forceinline=True)
@@ -121,32 +144,32 @@ def _leak(weights, memory, neuron, net):
 
 
 @numba.njit(forceinline=True)
-def _leak_five(weights, memory, neuron, nets):
-    a, b, c, d, e = nets
-    _leak(weights, memory, neuron, a)
-    _leak(weights, memory, neuron + 1, b)
-    _leak(weights, memory, neuron + 2, c)
-    _leak(weights, memory, neuron + 3, d)
-    _leak(weights, memory, neuron + 4, e)
+def _net_six(weights, memory, inputs, neuron, output):
+    """Return the net input of hidden neurons `neuron` to `neuron + 4`, and what the sensors give to one output."""
+    first = RECALL + neuron
+    sums = (
+        load(memory, first),
+        load(memory, first + 1),
+        load(memory, first + 2),
+        load(memory, first + 3),
+        load(memory, first + 4),
+        load(weights, OUTPUT_BIASES + output),
+    )
+    sums = _sense_six(sums, weights, inputs, neuron, output, GROUND_INPUTS, SENSORS)
+    return _sense_six(sums, weights, inputs, neuron, output, 0, GROUND_INPUTS)
 
 
 @numba.njit(forceinline=True)
 def think(weights, memory, inputs):
     """Run the network for one tick: ten leaky hidden neurons, all-to-all recurrent, and two logistic outputs."""
-    first_five = _net_of_five(weights, memory, inputs, 0)
-    last_five = _net_of_five(weights, memory, inputs, 5)
-    _leak_five(weights, memory, 0, first_five)
-    _leak_five(weights, memory, 5, last_five)
-
-    translation, rotation = load(weights, OUTPUT_BIASES), load(weights, OUTPUT_BIASES + 1)
-    for i in range(SENSORS):
-        value = load(inputs, i)
-        translation = fma(load(weights, SENSOR_TO_OUTPUT + i), value, translation)
-        rotation = fma(load(weights, SENSOR_TO_OUTPUT + SENSORS + i), value, rotation)
-    for i in range(HIDDEN):
-        value = load(memory, i)
-        translation = fma(load(weights, HIDDEN_TO_OUTPUT + i), value, translation)
-        rotation = fma(load(weights, HIDDEN_TO_OUTPUT + HIDDEN + i), value, rotation)
+    a, b, c, d, e, translation = _net_six(weights, memory, inputs, 0, 0)
+    f, g, h, i, j, rotation = _net_six(weights, memory, inputs, 5, 1)
+    for neuron, net in enumerate((a, b, c, d, e, f, g, h, i, j)):
+        _leak(weights, memory, neuron, net)
+    for neuron in range(HIDDEN):
+        value = load(memory, neuron)
+        translation = fma(load(weights, HIDDEN_TO_OUTPUT + neuron), value, translation)
+        rotation = fma(load(weights, HIDDEN_TO_OUTPUT + HIDDEN + neuron), value, rotation)
     store(memory, MOTORS, logistic(translation))
     store(memory, MOTORS + 1, logistic(rotation))
 
@@ -194,4 +217,5 @@ def control(readings, weights, settings, memory, history, slot, inputs, wheels):
     """
     perceive(readings, memory, settings, inputs)
     think(weights, memory, inputs)
+    recall(weights, memory)
     drive(memory, inputs, settings, history, slot, wheels)
