@@ -3,24 +3,12 @@
 import numpy as np
 import pytest
 from reference import arc, gap, sense, slide
-from reference.samples import envelope, scattered
+from reference.samples import compared, envelope, outside, scattered
 
 from marxbot_sim.core.parameters import INFRARED_RANGE, Arena
 from marxbot_sim.core.world import World
 
 N = 2000
-
-
-def compared(readings):
-    """Readings with all distances beyond the infrared range made equal."""
-    readings = readings.astype(float)
-    readings[..., :24] = np.minimum(readings[..., :24], INFRARED_RANGE)
-    return readings
-
-
-def beyond(values, low, high):
-    """How far values lie outside their envelope."""
-    return np.maximum(np.maximum(low - values, values - high), 0)
 
 
 @pytest.mark.parametrize('obstacle', [False, True])
@@ -32,7 +20,7 @@ def test_sensors(obstacle):
         world.reset(poses[k])
         readings[k] = world.readings
     low, high = envelope(lambda poses: compared(sense(poses, np.zeros((N, 2)), obstacle)), poses)
-    error = beyond(compared(readings), low, high)
+    error = outside(compared(readings), low, high)
     assert error.max() < 1e-6
     # the envelope hides nothing: nearly everywhere it is as narrow as float32
     assert (high - low > 1e-4).mean() < 1e-3
@@ -64,7 +52,7 @@ def test_motion_and_capture(obstacle, friction):
         )
 
     low, high = envelope(moved, poses)
-    error = beyond(bodies, low, high)
+    error = outside(bodies, low, high)
     assert error.max() < 1e-6
     assert ((high - low)[..., 4] > 0).mean() < 1e-3
     assert 0.05 < bodies[..., 4].mean() < 0.9

@@ -39,3 +39,15 @@ def envelope(function, poses, by=1e-6, tries=12, seed=0):
         value = function(poses + rng.uniform(-by, by, poses.shape))
         low, high = np.minimum(low, value), np.maximum(high, value)
     return low, high
+
+
+def outside(values, low, high):
+    """How far values lie outside their envelope."""
+    return np.maximum(np.maximum(low - values, values - high), 0)
+
+
+def compared(readings):
+    """Readings with all infrared distances beyond the range of 0.1 m made equal to it."""
+    readings = readings.astype(float)
+    readings[..., :24] = np.minimum(readings[..., :24], 0.1)
+    return readings
