@@ -30,7 +30,7 @@ enter_workspace() {
         unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONPATH LD_LIBRARY_PATH
     fi
     unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # set by the Python of any environment of ROS 2 wheels
-    export AMENT_PREFIX_PATH=$VENV PATH=$VENV/bin:$PATH
+    export AMENT_PREFIX_PATH=${AMENT_PREFIX_PATH:+$AMENT_PREFIX_PATH:}$VENV PATH=$VENV/bin:$PATH
     set +u
     # shellcheck source=/dev/null
     source "$WORKSPACE/install/setup.bash"

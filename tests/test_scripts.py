@@ -1,0 +1,172 @@
+"""The commands of scripts/, as a user types them."""
+
+import ast
+import os
+import shutil
+import subprocess
+
+import pytest
+from ros_processes import ROOT, ros_environment
+from test_workspace import PYTHON_PACKAGES, setup_arguments
+
+SCRIPTS = sorted(path for path in (ROOT / 'scripts').iterdir() if path.is_file())
+
+
+def run(*arguments, **changes):
+    """Run a command of the clone with some environment variables set, and wait for it."""
+    return subprocess.run(
+        [str(argument) for argument in arguments],
+        cwd=ROOT,
+        env={**os.environ, **changes},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+
+
+@pytest.mark.parametrize('script', SCRIPTS, ids=lambda path: path.name)
+@pytest.mark.parametrize('option', ['--help', '-h'])
+def test_help_says_how_it_is_used(script, option):
+    result = run(script, option)
+    assert result.returncode == 0
+    assert f'Usage: scripts/{script.name}' in result.stdout
+    assert result.stderr == ''
+
+
+@pytest.mark.parametrize('script', ['setup', 'lint'])
+def test_unexpected_argument_is_refused(script):
+    result = run(ROOT / 'scripts' / script, '--fast')
+    assert result.returncode == 2
+    assert result.stderr == f'{script}: takes no arguments, got --fast\n'
+
+
+def test_setup_does_nothing_the_second_time():
+    assert run('scripts/setup').returncode == 0
+    stamps = [ROOT / '.venv' / '.complete', ROOT / 'ros2_ws' / 'install' / '.complete']
+    before = [path.stat().st_mtime_ns for path in stamps]
+    result = run('scripts/setup')
+    assert (result.returncode, result.stderr) == (0, '')
+    assert [path.stat().st_mtime_ns for path in stamps] == before
+
+
+def test_setup_names_what_is_wrong_with_the_python(tmp_path):
+    clone = tmp_path / 'clone'
+    shutil.copytree(ROOT / 'scripts', clone / 'scripts')
+    shutil.copy(ROOT / 'requirements.lock', clone)
+    result = run(clone / 'scripts' / 'setup', PYTHON='python3.99')
+    assert result.returncode == 2
+    assert result.stderr.count('\n') == 1
+    assert 'python3.99 was not found' in result.stderr
+    assert {path.name for path in clone.iterdir()} == {'scripts', 'requirements.lock'}
+
+
+def test_environment_is_what_the_lock_file_says():
+    python = ROOT / '.venv' / 'bin' / 'python'
+    installed = run(python, '-m', 'pip', 'list', '--format=freeze').stdout
+    names = {line.lower().replace('_', '-').replace('.', '-') for line in installed.split()}
+    pins = (ROOT / 'requirements.lock').read_text().splitlines()
+    missing = [
+        pin
+        for pin in pins
+        if not pin.startswith('#') and pin.lower().replace('_', '-').replace('.', '-') not in names
+    ]
+    assert not missing
+    assert run(python, '-m', 'pip', 'check').returncode == 0
+
+
+def test_ros2_lists_the_declared_executables():
+    declared = {
+        (package, entry.partition('=')[0].strip())
+        for package in PYTHON_PACKAGES
+        for entry in ast.literal_eval(setup_arguments(package)['entry_points'])['console_scripts']
+    }
+    listed = {
+        tuple(line.split())
+        for line in run('scripts/ros2', 'pkg', 'executables').stdout.splitlines()
+    }
+    assert {entry for entry in listed if entry[0] in PYTHON_PACKAGES} == declared
+    for package in PYTHON_PACKAGES:
+        lines = run('scripts/ros2', 'pkg', 'executables', package).stdout.splitlines()
+        assert lines == sorted(f'{package} {name}' for owner, name in declared if owner == package)
+
+
+def test_ros2_lists_packages_of_workspace_and_environment():
+    names = run('scripts/ros2', 'pkg', 'list').stdout.split()
+    assert {*PYTHON_PACKAGES, 'coevo_msgs', 'marxbot_msgs', 'rclpy', 'std_msgs'} <= set(names)
+    assert names == sorted(names)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'named'),
+    [
+        (['run', 'no_such_package', 'evolve'], "'no_such_package'"),
+        (['run', 'coevo_manager', 'no_such_executable'], "'no_such_executable'"),
+        (['run', 'coevo_manager'], 'executable'),
+        (['pkg', 'executables', 'no_such_package'], "'no_such_package'"),
+        (['pkg', 'prefix'], 'prefix'),
+        (['bag', 'record'], "'bag'"),
+        ([], 'command'),
+    ],
+)
+def test_ros2_says_in_one_sentence_what_is_wrong(arguments, named):
+    result = run('scripts/ros2', *arguments)
+    assert result.returncode == 2
+    assert result.stdout == ''
+    assert result.stderr.count('\n') == 1
+    assert named in result.stderr
+
+
+def test_ros2_becomes_the_executable(tmp_path):
+    """The same process, so that signals reach it and its exit code is the command's."""
+    prefix = tmp_path / 'echoes'
+    index = prefix / 'share' / 'ament_index' / 'resource_index' / 'packages'
+    index.mkdir(parents=True)
+    (index / 'echoes').touch()
+    executable = prefix / 'lib' / 'echoes' / 'echo'
+    executable.parent.mkdir(parents=True)
+    executable.write_text('#!/bin/sh\necho $$ "$@"\nexit 7\n')
+    executable.chmod(0o755)
+    command = subprocess.Popen(
+        [ROOT / 'scripts' / 'ros2', 'run', 'echoes', 'echo', '--option', 'two words'],
+        env={**os.environ, 'AMENT_PREFIX_PATH': str(prefix)},
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    output, _ = command.communicate(timeout=60)
+    assert output == f'{command.pid} --option two words\n'
+    assert command.returncode == 7
+
+
+def test_ros2_hands_over_to_an_installed_one(tmp_path):
+    installed = tmp_path / 'ros2'
+    installed.write_text('#!/bin/sh\necho "installed: $*"\nexit 7\n')
+    installed.chmod(0o755)
+    path = f'{ROOT}/scripts:{tmp_path}:{os.environ["PATH"]}'
+    result = run('scripts/ros2', 'topic', 'list', PATH=path)
+    assert (result.returncode, result.stdout) == (7, 'installed: topic list\n')
+
+
+@pytest.mark.parametrize(
+    ('given', 'expected'),
+    [({}, 'LOCALHOST'), ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}, 'SUBNET')],
+)
+def test_discovery_stays_on_this_machine_unless_told(given, expected):
+    names = ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_STATIC_PEERS', 'ROS_LOCALHOST_ONLY')
+    unset = ' '.join(f'-u {name}' for name in names if name not in given)
+    enter = 'source scripts/lib/common.sh; enter_workspace; echo $ROS_AUTOMATIC_DISCOVERY_RANGE'
+    result = run('bash', '-c', f"env {unset} bash -c '{enter}'", **given)
+    assert result.stdout.strip() == expected
+
+
+def test_domains_are_never_shared():
+    other = (
+        'from ros_processes import ros_environment\n'
+        'with ros_environment() as env: print(env["ROS_DOMAIN_ID"])'
+    )
+    with ros_environment() as first, ros_environment() as second:
+        result = run(ROOT / '.venv/bin/python', '-c', other, PYTHONPATH=str(ROOT / 'tests'))
+        domains = {first['ROS_DOMAIN_ID'], second['ROS_DOMAIN_ID'], result.stdout.strip()}
+    assert len(domains) == 3
+    assert all(1 <= int(domain) <= 101 for domain in domains)
