@@ -46,12 +46,11 @@ class Configuration:
     population: int = _field(
         80, 'individuals of each species, N', 'individuals', minimum=2, maximum=1024
     )
-    selected: int | None = _field(
-        None,
-        'agents evolved in a phase, and their opponents, n; not given: an eighth of the '
-        'population, all of it in the algorithm vanilla',
+    selected: int = _field(
+        0,
+        'agents evolved in a phase, and their opponents, n; 0: an eighth of the population '
+        '(a quarter, half or all where N / 8 is not whole), all of it in the algorithm vanilla',
         'individuals',
-        minimum=1,
     )
     phases: int | None = _field(
         40,
@@ -169,7 +168,7 @@ class Configuration:
         _check_choice('algorithm', self.algorithm, algorithms.names())
         _check_choice('optimizer', self.optimizer, optimizers.names())
         algorithm = algorithms.load(self.algorithm)
-        if self.selected is None:
+        if not self.selected:
             object.__setattr__(self, 'selected', algorithm.default_selected(self.population))
         if self.selected > self.population:
             raise ValueError(

@@ -5,12 +5,11 @@ from __future__ import annotations
 import collections
 import dataclasses
 import threading
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from coevo_manager.core.episodes import Environment
+from coevo_manager.core.environment import Environment
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -161,6 +160,7 @@ class LocalEvaluator:
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
         """Play the oldest batch; None when there is none."""
+        # Here, so that only processes that play episodes load the compiled kernel.
         from coevo_manager.core.episodes import evaluate_pairs
 
         if not self._queue:

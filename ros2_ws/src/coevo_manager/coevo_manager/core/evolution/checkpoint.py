@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,7 @@ def save(
     OSError
         Not written; older checkpoints are untouched.
     """
-    arrays = {
+    arrays: dict[str, np.ndarray | np.generic] = {
         'version': np.int64(VERSION),
         'configuration': np.array(_identity(configuration)),
         'predators': state.predators,
@@ -130,11 +131,11 @@ def _identity(configuration: Configuration) -> str:
     return json.dumps(configuration.as_dict())
 
 
-def _digest(arrays: dict[str, np.ndarray]) -> str:
+def _digest(arrays: Mapping[str, np.ndarray | np.generic]) -> str:
     """SHA-256 over every array's name, type, shape and content."""
     digest = hashlib.sha256()
-    for name, array in sorted(arrays.items()):
-        array = np.asarray(array)
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name])
         digest.update(f'{name} {array.dtype.str} {array.shape}\n'.encode())
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()

@@ -189,7 +189,7 @@ class Evolution:
             opponents.genomes,
         )
         log: list[GenerationStats] = []
-        fitness = [state.mean_fitness(species) for species in SPECIES]
+        predator_fitness, prey_fitness = (state.mean_fitness(species) for species in SPECIES)
 
         def on_generation(generation: Generation) -> None:
             state.generation += 1
@@ -205,7 +205,8 @@ class Evolution:
                 generation.accepted,
                 state.episodes,
                 state.ticks,
-                *fitness,
+                predator_fitness,
+                prey_fitness,
                 self._progress(state),
             )
             log.append(stats)

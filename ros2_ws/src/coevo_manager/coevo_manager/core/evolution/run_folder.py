@@ -171,7 +171,7 @@ class RunFolder:
 
     def _save_snapshot(self, state: State) -> None:
         name = f'snapshots/gen_{state.generation:06d}.npz'
-        arrays = {
+        arrays: dict[str, np.ndarray | np.generic] = {
             'version': np.int64(VERSION),
             'generation': np.int64(state.generation),
             'predators': state.predators,

@@ -1,0 +1,153 @@
+"""Mutation statistics, and every optimizer against a task with a known optimum."""
+
+from itertools import islice
+
+import numpy as np
+import pytest
+from coevo_manager.core.configuration import load_configuration
+from coevo_manager.core.evolution import optimizers
+from coevo_manager.core.evolution.mutation import BLOCK, mutations
+from coevo_manager.core.evolution.optimizers.openai_es import centred_ranks
+from neuro_controller.core.genome import GENE_RANGE, GENES, random_genomes
+
+RATE = 0.02
+
+
+def draw(kind, count, rate=RATE, seed=5):
+    generator = mutations(kind, GENES, rate, GENE_RANGE, np.random.default_rng(seed))
+    return list(islice(generator, count))
+
+
+def test_bernoulli_mutations_are_independent_draws():
+    drawn = draw('bernoulli', 20_000)
+    counts = np.array([len(genes) for genes, _ in drawn])
+    mean, variance = GENES * RATE, GENES * RATE * (1 - RATE)
+    assert abs(counts.mean() - mean) < 5 * np.sqrt(variance / len(counts))
+    assert abs(counts.var() / variance - 1) < 0.06
+    hits = np.bincount(np.concatenate([genes for genes, _ in drawn]), minlength=GENES)
+    expected = len(drawn) * RATE
+    assert abs(hits - expected).max() < 5 * np.sqrt(expected)
+
+
+def test_exact_mutations_redraw_that_many_different_genes():
+    drawn = draw('exact', 5000)
+    assert {len(genes) for genes, _ in drawn} == {round(GENES * RATE)} == {9}
+    assert all(len(set(genes.tolist())) == 9 for genes, _ in drawn)
+    hits = np.bincount(np.concatenate([genes for genes, _ in drawn]), minlength=GENES)
+    expected = len(drawn) * 9 / GENES
+    assert abs(hits - expected).max() < 5 * np.sqrt(expected)
+
+
+@pytest.mark.parametrize('kind', ['bernoulli', 'exact'])
+def test_redrawn_genes_are_uniform(kind):
+    values = np.sort(np.concatenate([values for _, values in draw(kind, 10_000)]))
+    assert values.dtype == np.float32
+    assert abs(values).max() <= GENE_RANGE
+    steps = np.arange(1, len(values) + 1) / len(values)
+    distance = abs((values + GENE_RANGE) / (2 * GENE_RANGE) - steps).max()
+    assert distance < 1.95 / np.sqrt(len(values))  # Kolmogorov-Smirnov, p = 0.001
+
+
+@pytest.mark.parametrize('kind', ['bernoulli', 'exact'])
+def test_rates_of_none_and_all(kind):
+    assert all(len(genes) == 0 for genes, _ in draw(kind, BLOCK + 1, rate=0.0))
+    assert all(len(genes) == GENES for genes, _ in draw(kind, BLOCK + 1, rate=1.0))
+
+
+def closeness(genomes, target):
+    """Fitness with a known optimum: 1 at the target, less by the mean squared distance."""
+    return 1 - np.mean((genomes.astype(float) - target) ** 2, axis=1) / (2 * GENE_RANGE) ** 2
+
+
+def start(name, seed=3, **values):
+    configuration = load_configuration({'optimizer': name, **values})
+    rng = np.random.default_rng(seed)
+    target = random_genomes(1, rng)[0] * 0.8
+    parent = random_genomes(1, rng)[0]
+    fitness = closeness(parent[None], target)[0]
+    return optimizers.load(name)(parent, fitness, configuration, rng), target, configuration
+
+
+@pytest.mark.parametrize('name', optimizers.names())
+def test_beats_random_search_on_a_known_optimum(name):
+    evaluations = 4000
+    optimizer, target, configuration = start(name)
+    first = optimizer.best_fitness
+    k = optimizers.load(name).candidates(configuration)
+    for _ in range(evaluations // k):
+        before = optimizer.best_fitness
+        candidates = optimizer.ask()
+        assert candidates.shape == (k, GENES)
+        assert candidates.dtype == np.float32
+        assert abs(candidates).max() <= GENE_RANGE
+        fitness = closeness(candidates, target)
+        improved = optimizer.tell(fitness)
+        assert improved == (fitness.max() >= before)
+        assert optimizer.best_fitness == max(before, fitness.max())
+        assert optimizer.best_fitness == closeness(optimizer.best[None], target)[0]
+    random = closeness(random_genomes(evaluations, np.random.default_rng(9)), target).max()
+    assert random > first
+    # The optimum is 1: at least a third of what random search leaves is gained on top of it.
+    assert 1 - optimizer.best_fitness < (1 - random) * 2 / 3
+
+
+@pytest.mark.parametrize('name', optimizers.names())
+def test_equal_generators_give_equal_candidates(name):
+    np.random.seed(0)  # noqa: NPY002 (an optimizer that drew from it would change)
+    twice = [start(name) for _ in range(2)]
+    for _ in range(5):
+        (first, target, _), (second, _, _) = twice
+        asked = first.ask(), second.ask()
+        np.testing.assert_array_equal(*asked)
+        for optimizer in (first, second):
+            optimizer.tell(closeness(asked[0], target))
+    other = start(name, seed=4)[0]
+    assert (other.ask() != asked[0]).any()
+
+
+@pytest.mark.parametrize('name', optimizers.names())
+def test_an_equal_candidate_replaces_and_a_worse_one_does_not(name):
+    optimizer, _, _ = start(name)
+    fitness = optimizer.best_fitness
+    candidates = optimizer.ask().copy()
+    equal = np.full(len(candidates), fitness - 0.1)
+    equal[-1] = fitness
+    assert optimizer.tell(equal)
+    np.testing.assert_array_equal(optimizer.best, candidates[-1])
+    optimizer.ask()
+    assert not optimizer.tell(np.full(len(candidates), np.nextafter(fitness, 0)))
+    np.testing.assert_array_equal(optimizer.best, candidates[-1])
+
+
+def test_a_parent_is_left_alone():
+    parent = random_genomes(1, np.random.default_rng(1))[0]
+    kept = parent.copy()
+    for name in optimizers.names():
+        optimizer = optimizers.load(name)(
+            parent, 0.0, load_configuration({}), np.random.default_rng(2)
+        )
+        optimizer.tell(np.ones(len(optimizer.ask())))
+        np.testing.assert_array_equal(parent, kept)
+
+
+def test_centred_ranks():
+    # Salimans et al.'s fitness shaping; the two equal ones share ranks 1 and 2.
+    np.testing.assert_allclose(
+        centred_ranks(np.array([0.3, 0.9, 0.3, 0.1])), [0.0, 0.5, 0.0, -0.5], atol=1e-15
+    )
+
+
+def test_openai_es_follows_the_gradient():
+    """Adam's first step has the length of its step size along each gene's gradient sign."""
+    optimizer, target, _ = start('openai_es', openai_pairs=400, openai_step=0.05)
+    centre = optimizer.ask()[0].astype(float)
+    optimizer.tell(closeness(optimizer._genomes, target))
+    step = optimizer.ask()[0] - centre
+    inside = abs(centre) < GENE_RANGE - 0.1
+    np.testing.assert_allclose(abs(step[inside]), 0.05, rtol=1e-3)
+    assert np.corrcoef(step, target - centre)[0, 1] > 0.4
+
+
+def test_unknown_optimizer_is_named():
+    with pytest.raises(ValueError, match="'annealing' is none of cma_es, one_plus_one, openai_es"):
+        optimizers.load('annealing')
