@@ -1,3 +1,5 @@
+from glob import glob
+
 from setuptools import find_packages, setup
 
 PACKAGE = 'marxbot_sim'
@@ -9,6 +11,10 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/urdf', glob('urdf/*')),
+        (f'share/{PACKAGE}/rviz', glob('rviz/*')),
+        (f'share/{PACKAGE}/foxglove', glob('foxglove/*')),
+        (f'share/{PACKAGE}/launch', glob('launch/*')),
     ],
     install_requires=['setuptools'],
     zip_safe=True,
@@ -17,5 +23,5 @@ setup(
     description='The MarxBot robot and its arena: sensors, motion and the simulator node.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
-    entry_points={'console_scripts': []},
+    entry_points={'console_scripts': ['simulator = marxbot_sim.simulator:main']},
 )

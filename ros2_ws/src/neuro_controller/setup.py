@@ -1,3 +1,5 @@
+from glob import glob
+
 from setuptools import find_packages, setup
 
 PACKAGE = 'neuro_controller'
@@ -6,9 +8,12 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['champions/*.npz']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*')),
+        (f'share/{PACKAGE}/config', glob('config/*')),
     ],
     install_requires=['setuptools'],
     zip_safe=True,
@@ -17,5 +22,10 @@ setup(
     description='The recurrent neural controller of a MarxBot, its genome and its nodes.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
-    entry_points={'console_scripts': []},
+    entry_points={
+        'console_scripts': [
+            'controller = neuro_controller.controller:main',
+            'genome_server = neuro_controller.genome_server:main',
+        ],
+    },
 )

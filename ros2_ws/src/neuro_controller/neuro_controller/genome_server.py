@@ -1,0 +1,53 @@
+"""The genome server: a run's champions, and the shipped ones, as parameters for controllers to fetch."""
+
+import sys
+
+from node_runner import run_node
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+
+from neuro_controller.core.champions import SHIPPED, SPECIES, read_snapshot, snapshots
+
+
+class GenomeServer(Node):
+    """Holds each champion as a read-only array of 442 doubles.
+
+    ``predator`` and ``prey`` are the champions of the run's last snapshot, or without a run those
+    shipped for the open arena; ``gen_000500.predator`` is the champion of one snapshot, and
+    ``NAME.predator`` a shipped one.
+    """
+
+    def __init__(self):
+        super().__init__('genome_server')
+        run = self.declare_parameter(
+            'run', '', ParameterDescriptor(description='run folder or snapshot', read_only=True)
+        ).value
+        for path in sorted(SHIPPED.glob('*.npz')):
+            self._serve(f'{path.stem}.', path)
+        if run:
+            found = snapshots(run)
+            for path in found.values():
+                self._serve(f'{path.stem}.', path)
+            newest = found[max(found)]
+        else:
+            newest = SHIPPED / 'open.npz'
+        self._serve('', newest)
+        self.get_logger().info(f'serves the champions of {newest}')
+
+    def _serve(self, prefix, path):
+        genomes = read_snapshot(path)
+        for species in SPECIES:
+            self.declare_parameter(
+                f'{prefix}{species}',
+                genomes[species][0].tolist(),
+                ParameterDescriptor(description=f'champion of {path.name}', read_only=True),
+            )
+
+
+def main():
+    """Run the node until it is stopped."""
+    return run_node(GenomeServer)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
