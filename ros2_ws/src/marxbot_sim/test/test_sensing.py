@@ -147,6 +147,14 @@ def test_ground_is_white_in_the_middle_and_black_in_the_corners():
     assert len({tuple(np.sign(p)) for p in np.asarray(GROUND_POSITIONS).tolist()}) == 4
 
 
+def test_a_ground_sensor_over_the_centre_reads_white():
+    for heading in np.linspace(-3, 3, 200):
+        cos, sin = math.cos(heading), math.sin(heading)
+        for sensor, (forward, left) in enumerate(GROUND_POSITIONS):
+            x, y = -(forward * cos - left * sin), -(forward * sin + left * cos)
+            assert 0 <= readings((x, y, heading))[32 + sensor] < 1e-4
+
+
 @pytest.mark.parametrize('heading', [0, math.pi / 2, 2.0, -1.0])
 def test_ground_darkness_is_the_distance_from_the_centre(heading):
     seen = readings((0.8, -0.6, heading))[32:36]
