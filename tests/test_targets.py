@@ -1,0 +1,86 @@
+"""The same bits on every processor, and from plain Python."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coevo_manager.core.episodes import Environment, measure_pairs
+from neuro_controller.core.genome import random_genomes
+
+SOURCES = Path(__file__).parents[1] / 'ros2_ws' / 'src'
+PACKAGES = ('simd_lanes', 'marxbot_sim', 'neuro_controller', 'coevo_manager')
+ENVIRONMENTS = [
+    Environment(obstacle=True, motor_map='signed'),
+    Environment(wall_friction=0.0, motor_map='signed'),
+]
+TARGETS = {
+    'AVX2 with FMA': {'NUMBA_CPU_NAME': 'haswell', 'NUMBA_CPU_FEATURES': '+avx2,+fma'},
+    'neither AVX nor FMA': {'NUMBA_CPU_NAME': 'x86-64', 'NUMBA_CPU_FEATURES': '+sse2'},
+    'plain Python': {'NUMBA_DISABLE_JIT': '1'},
+}
+
+
+def episodes(count, ticks):
+    """Capture ticks and complexities of ``count`` pairs in each environment, as bytes."""
+    rng = np.random.default_rng(7)
+    predators, prey, pairs = (
+        random_genomes(count, rng),
+        random_genomes(count, rng),
+        np.arange(count),
+    )
+    results = []
+    for each in ENVIRONMENTS:
+        environment = Environment(
+            each.obstacle, each.motor_map, wall_friction=each.wall_friction, episode_ticks=ticks
+        )
+        results += measure_pairs(predators, prey, pairs, pairs, environment)
+    return b''.join(part.tobytes() for part in results)
+
+
+@pytest.fixture(scope='module')
+def elsewhere(tmp_path_factory):
+    """The results on each target, computed by processes that run side by side."""
+    running = {}
+    for name, settings in TARGETS.items():
+        folder = tmp_path_factory.mktemp('target')
+        environment = {
+            **os.environ,
+            **settings,
+            'NUMBA_CACHE_DIR': str(folder),
+            'PYTHONPATH': os.pathsep.join(
+                [str(SOURCES / package) for package in PACKAGES] + [str(Path(__file__).parent)]
+            ),
+        }
+        count, ticks = (4, 60) if 'NUMBA_DISABLE_JIT' in settings else (50, 1000)
+        code = (
+            'import sys, test_targets\n'
+            f'sys.stdout.buffer.write(test_targets.episodes({count}, {ticks}))\n'
+        )
+        running[name] = (
+            count,
+            ticks,
+            subprocess.Popen(
+                [sys.executable, '-c', code], env=environment, stdout=subprocess.PIPE
+            ),
+        )
+    try:
+        yield {
+            name: (count, ticks, process.communicate(timeout=100)[0], process.returncode)
+            for name, (count, ticks, process) in running.items()
+        }
+    finally:
+        for *_, process in running.values():
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.parametrize('target', TARGETS)
+def test_results_are_equal_bit_for_bit(elsewhere, target):
+    count, ticks, result, code = elsewhere[target]
+    assert code == 0
+    assert len(result) == 2 * count * 12
+    assert result == episodes(count, ticks)
