@@ -50,7 +50,9 @@ _rows = types.Array(types.float32, 2, 'C')
 
 
 def _splat(builder, scalar):
-    vector = builder.insert_element(ir.Constant(_FLOATS, ir.Undefined), scalar, ir.Constant(_I32, 0))
+    vector = builder.insert_element(
+        ir.Constant(_FLOATS, ir.Undefined), scalar, ir.Constant(_I32, 0)
+    )
     return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
 
 
@@ -64,17 +66,23 @@ def _define(function, result, arguments, generate):
     result, arguments : Numba type, sequence of Numba types
         A scalar may stand for any of the vectors, but not for all.
     generate : callable
-        ``generate(builder, *values)`` emits the instructions and returns the result; scalars arrive in all lanes.
+        ``generate(builder, *values)`` emits the instructions and returns the result; scalars
+        arrive in all lanes.
     """
     kinds = [(kind, types.float32) if kind is _lanes else (kind,) for kind in arguments]
     cases = [case for case in itertools.product(*kinds) if set(case) != {types.float32}]
     cases = cases or [(types.float32,)]
-    infer_global(function)(type('Template', (ConcreteTemplate,), {'cases': [signature(result, *c) for c in cases]}))
+    infer_global(function)(
+        type('Template', (ConcreteTemplate,), {'cases': [signature(result, *c) for c in cases]})
+    )
 
     def lower(context, builder, sig, values):
         return generate(
             builder,
-            *(_splat(builder, v) if kind is types.float32 else v for v, kind in zip(values, sig.args, strict=True)),
+            *(
+                _splat(builder, v) if kind is types.float32 else v
+                for v, kind in zip(values, sig.args, strict=True)
+            ),
         )
 
     for case in cases:
@@ -113,7 +121,12 @@ def _shift(amount):
     return ir.Constant(_INTS, [amount] * LANES)
 
 
-for _operator, _instruction in {'add': 'fadd', 'sub': 'fsub', 'mul': 'fmul', 'truediv': 'fdiv'}.items():
+for _operator, _instruction in {
+    'add': 'fadd',
+    'sub': 'fsub',
+    'mul': 'fmul',
+    'truediv': 'fdiv',
+}.items():
     _define(
         getattr(operator, _operator),
         _lanes,
@@ -132,18 +145,24 @@ _define(plain.absolute, _lanes, (_lanes,), _call(f'llvm.fabs.v{LANES}f32', _FLOA
 _define(plain.copy_sign, _lanes, (_lanes, _lanes), _call(f'llvm.copysign.v{LANES}f32', _FLOATS, 2))
 _define(plain.minimum, _lanes, (_lanes, _lanes), _extremum('<'))
 _define(plain.maximum, _lanes, (_lanes, _lanes), _extremum('>'))
-_define(plain.select, _lanes, (_mask, _lanes, _lanes), lambda builder, m, a, b: builder.select(m, a, b))
+_define(
+    plain.select, _lanes, (_mask, _lanes, _lanes), lambda builder, m, a, b: builder.select(m, a, b)
+)
 _define(
     plain.swap_halves,
     _lanes,
     (_lanes,),
-    lambda builder, a: builder.shuffle_vector(a, a, ir.Constant(_INTS, [(i + HALF) % LANES for i in range(LANES)])),
+    lambda builder, a: builder.shuffle_vector(
+        a, a, ir.Constant(_INTS, [(i + HALF) % LANES for i in range(LANES)])
+    ),
 )
 _define(
     plain.any_lane,
     types.boolean,
     (_mask,),
-    lambda builder, m: builder.icmp_unsigned('!=', builder.bitcast(m, ir.IntType(LANES)), ir.IntType(LANES)(0)),
+    lambda builder, m: builder.icmp_unsigned(
+        '!=', builder.bitcast(m, ir.IntType(LANES)), ir.IntType(LANES)(0)
+    ),
 )
 _define(
     plain.lane_bits,
@@ -154,7 +173,9 @@ _define(
 
 
 def _splat_integer(builder, scalar):
-    vector = builder.insert_element(ir.Constant(_INTS, ir.Undefined), builder.trunc(scalar, _I32), _I32(0))
+    vector = builder.insert_element(
+        ir.Constant(_INTS, ir.Undefined), builder.trunc(scalar, _I32), _I32(0)
+    )
     return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
 
 
@@ -171,7 +192,10 @@ _define(
     _lanes,
     (types.int64, _lanes),
     lambda builder, constant, a: builder.bitcast(
-        builder.sub(_splat_integer(builder, constant), builder.lshr(builder.bitcast(a, _INTS), _shift(1))), _FLOATS
+        builder.sub(
+            _splat_integer(builder, constant), builder.lshr(builder.bitcast(a, _INTS), _shift(1))
+        ),
+        _FLOATS,
     ),
 )
 _define(
@@ -187,7 +211,9 @@ def _lower_splat(context, builder, sig, values):
     return _splat(builder, values[0])
 
 
-infer_global(plain.splat)(type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, types.float32)]}))
+infer_global(plain.splat)(
+    type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, types.float32)]})
+)
 
 
 def _row_pointer(context, builder, sig, values):
@@ -208,7 +234,13 @@ def _lower_store(context, builder, sig, values):
     return context.get_dummy_value()
 
 
-infer_global(plain.load)(type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, _rows, types.intp)]}))
+infer_global(plain.load)(
+    type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, _rows, types.intp)]})
+)
 infer_global(plain.store)(
-    type('Template', (ConcreteTemplate,), {'cases': [signature(types.none, _rows, types.intp, _lanes)]})
+    type(
+        'Template',
+        (ConcreteTemplate,),
+        {'cases': [signature(types.none, _rows, types.intp, _lanes)]},
+    )
 )

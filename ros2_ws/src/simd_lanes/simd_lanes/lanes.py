@@ -1,15 +1,16 @@
 """Sixteen float32 lanes as one value, in compiled code and in plain Python.
 
-Inside a function compiled by Numba a `Lanes` is LLVM's ``<16 x float>`` and a `Mask` its ``<16 x i1>``: one
-register of AVX-512, two of AVX2, four of SSE2 or NEON. Every operation is the one that IEEE 754 defines, rounded
-once; nothing is contracted or reassociated, and a fused multiply-add stands where `fma` is written and nowhere
-else. A kernel therefore gives the same bits on every processor.
+Inside a function compiled by Numba a `Lanes` is LLVM's ``<16 x float>`` and a `Mask` its ``<16 x
+i1>``: one register of AVX-512, two of AVX2, four of SSE2 or NEON. Every operation is the one that
+IEEE 754 defines, rounded once; nothing is contracted or reassociated, and a fused multiply-add
+stands where `fma` is written and nowhere else. A kernel therefore gives the same bits on every
+processor.
 
-In plain Python (``NUMBA_DISABLE_JIT=1``) the same names work on NumPy arrays and give the same bits, slowly:
-this module is that meaning, `compiled` the other one.
+In plain Python (``NUMBA_DISABLE_JIT=1``) the same names work on NumPy arrays and give the same
+bits, slowly: this module is that meaning, `compiled` the other one.
 
-A scalar is accepted wherever a `Lanes` is and means that float32 in each lane. Arithmetic between two scalars is
-done by Python or Numba, which differ in width: keep it out of kernels.
+A scalar is accepted wherever a `Lanes` is and means that float32 in each lane. Arithmetic between
+two scalars is done by Python or Numba, which differ in width: keep it out of kernels.
 """
 
 import numpy as np
@@ -86,19 +87,19 @@ class Mask:
 
 
 def aligned_rows(count):
-    """Return zeros, float32 of shape (count, 16), each row on a cache line of its own (64 bytes)."""
+    """Return zeros, float32 of shape (count, 16), each row on a cache line of its own."""
     memory = np.zeros(count * LANES + LANES, dtype=np.float32)
     start = (-memory.ctypes.data // memory.itemsize) % LANES
     return memory[start : start + count * LANES].reshape(count, LANES)
 
 
 def load(rows, row):
-    """Return row `row` of a C-contiguous float32 array of shape (n, 16). Bounds are not checked."""
+    """Return a row of a C-contiguous float32 array of shape (n, 16), bounds unchecked."""
     return Lanes(rows[row].copy())
 
 
 def store(rows, row, value):
-    """Write `value` to row `row` of a C-contiguous float32 array of shape (n, 16). Bounds are not checked."""
+    """Write a row of a C-contiguous float32 array of shape (n, 16), bounds unchecked."""
     rows[row] = _values(value)
 
 
@@ -110,8 +111,8 @@ def splat(scalar):
 def fma(a, b, c):
     """Return a * b + c, rounded once.
 
-    The product of two float32 is exact in float64. Their sum with `c` is rounded to odd there, which makes the
-    second rounding, to float32, the only one that counts (Boldo & Melquiond 2008).
+    The product of two float32 is exact in float64. Their sum with `c` is rounded to odd there,
+    which makes the second rounding, to float32, the only one that counts (Boldo & Melquiond 2008).
     """
     product = np.float64(_values(a)) * np.float64(_values(b))
     addend = np.float64(_values(c))
@@ -165,7 +166,7 @@ def lane_bits(mask):
 
 
 def subtract_bits(constant, a):
-    """Return the float32 whose bit pattern is `constant` less that of `a`: minus the exponent, roughly.
+    """Return the float32 whose bit pattern is `constant` less that of `a`.
 
     The starting point of Newton's method for 1/a.
     """
@@ -173,16 +174,21 @@ def subtract_bits(constant, a):
 
 
 def subtract_half_bits(constant, a):
-    """Return the float32 whose bit pattern is `constant` less half that of `a`: half the exponent, negated.
+    """Return the float32 whose bit pattern is `constant` less half that of `a`.
 
     The starting point of Newton's method for 1/sqrt(a).
     """
-    return Lanes((np.uint32(constant) - (a.values.view(np.uint32) >> np.uint32(1))).view(np.float32))
+    return Lanes(
+        (np.uint32(constant) - (a.values.view(np.uint32) >> np.uint32(1))).view(np.float32)
+    )
 
 
 def add_exponent(a, n):
     """Return a * 2**k, where the lowest bits of the bit pattern of `n` hold the integer k.
 
-    ``n = 1.5 * 2**23 + k`` has that form. Neither argument nor result may be subnormal or overflow.
+    ``n = 1.5 * 2**23 + k`` has that form. Neither argument nor result may be subnormal or
+    overflow.
     """
-    return Lanes((a.values.view(np.uint32) + (n.values.view(np.uint32) << np.uint32(23))).view(np.float32))
+    return Lanes(
+        (a.values.view(np.uint32) + (n.values.view(np.uint32) << np.uint32(23))).view(np.float32)
+    )

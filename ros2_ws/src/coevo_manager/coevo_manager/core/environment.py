@@ -20,7 +20,8 @@ class Environment:
     motor_map : str
         'printed' (equations 3 and 4 as printed) or 'signed' (2 rm - 1 in place of rm).
     predator_speed : float
-        Highest wheel speed of the predator, rad/s, up to 30; None is the paper's: 8.5, or 10 with the obstacle.
+        Highest wheel speed of the predator, rad/s, up to 30; None is the paper's: 8.5, or 10 with
+        the obstacle.
     prey_speed : float
         Highest wheel speed of the prey, rad/s, up to 30.
     episode_ticks : int
@@ -47,13 +48,32 @@ class Environment:
         if not isinstance(self.obstacle, bool):
             raise ValueError(f'obstacle is {self.obstacle!r}, expected True or False')
         if self.motor_map not in MOTOR_MAPS:
-            raise ValueError(f'motor_map is {self.motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}')
+            raise ValueError(
+                f'motor_map is {self.motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}'
+            )
         for name in ('predator_speed', 'prey_speed'):
-            _check(name, getattr(self, name), 'rad/s above 0 and up to 30', lambda v: 0.0 < v <= MAX_WHEEL_SPEED)
+            _check(
+                name,
+                getattr(self, name),
+                'rad/s above 0 and up to 30',
+                lambda v: 0.0 < v <= MAX_WHEEL_SPEED,
+            )
         ticks = self.episode_ticks
-        if isinstance(ticks, bool) or not isinstance(ticks, int) or not 1 <= ticks <= MAX_EPISODE_TICKS:
-            raise ValueError(f'episode_ticks is {ticks!r}, expected a whole number from 1 to {MAX_EPISODE_TICKS}')
-        _check('wall_friction', self.wall_friction, 'a number of at least 0', lambda v: 0.0 <= v < math.inf)
+        if (
+            isinstance(ticks, bool)
+            or not isinstance(ticks, int)
+            or not 1 <= ticks <= MAX_EPISODE_TICKS
+        ):
+            raise ValueError(
+                f'episode_ticks is {ticks!r}, '
+                f'expected a whole number from 1 to {MAX_EPISODE_TICKS}'
+            )
+        _check(
+            'wall_friction',
+            self.wall_friction,
+            'a number of at least 0',
+            lambda v: 0.0 <= v < math.inf,
+        )
 
     @property
     def arena(self):

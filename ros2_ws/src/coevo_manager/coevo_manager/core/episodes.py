@@ -3,6 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+
 from neuro_controller.core.genome import check_genomes
 
 from .environment import Environment
@@ -20,10 +21,14 @@ __all__ = [
     'trace_pair',
 ]
 
-_CHUNK = 512  # episodes: enough to keep a thread's lanes full, few enough for the threads to end together
+_CHUNK = 512
+"""Episodes a thread takes at a time: enough to keep its lanes full, few enough for all to end
+together."""
 
 
-def evaluate_pairs(predators, prey, predator_index, prey_index, environment=Environment(), threads=1):  # noqa: B008
+def evaluate_pairs(
+    predators, prey, predator_index, prey_index, environment=Environment(), threads=1
+):
     """Let pairs of genomes meet, one episode a pair.
 
     Parameters
@@ -46,10 +51,14 @@ def evaluate_pairs(predators, prey, predator_index, prey_index, environment=Envi
     ValueError
         In one sentence, if a genome, an index or the number of threads is wrong.
     """
-    return _run(predators, prey, predator_index, prey_index, environment, threads, measure=False)[0]
+    return _run(predators, prey, predator_index, prey_index, environment, threads, measure=False)[
+        0
+    ]
 
 
-def measure_pairs(predators, prey, predator_index, prey_index, environment=Environment(), threads=1):  # noqa: B008
+def measure_pairs(
+    predators, prey, predator_index, prey_index, environment=Environment(), threads=1
+):
     """Let pairs of genomes meet and measure how complex their behaviour is (paper section 4).
 
     Parameters
@@ -62,13 +71,14 @@ def measure_pairs(predators, prey, predator_index, prey_index, environment=Envir
     ticks : int32 array, shape (n,)
         As from `evaluate_pairs`.
     complexity : float32 array, shape (n, 2)
-        Of predator and prey, rad/s: half the mean, over the ticks of the episode, of the change of the desired
-        translational plus rotational wheel speed, (l + r)/2 and (r - l)/2, from tick to tick, starting from rest.
+        Of predator and prey, rad/s: half the mean, over the ticks of the episode, of the change of
+        the desired translational plus rotational wheel speed, (l + r)/2 and (r - l)/2, from tick
+        to tick, starting from rest.
     """
     return _run(predators, prey, predator_index, prey_index, environment, threads, measure=True)
 
 
-def evaluate_matrix(predators, prey, environment=Environment(), threads=1):  # noqa: B008
+def evaluate_matrix(predators, prey, environment=Environment(), threads=1):
     """Let every predator meet every prey.
 
     Parameters
@@ -83,7 +93,9 @@ def evaluate_matrix(predators, prey, environment=Environment(), threads=1):  # n
     """
     shape = (len(predators), len(prey))
     predator_index, prey_index = np.indices(shape).reshape(2, -1)
-    return evaluate_pairs(predators, prey, predator_index, prey_index, environment, threads).reshape(shape)
+    return evaluate_pairs(
+        predators, prey, predator_index, prey_index, environment, threads
+    ).reshape(shape)
 
 
 def fitness(ticks, species, episode_ticks=1000):
@@ -112,12 +124,15 @@ def fitness(ticks, species, episode_ticks=1000):
 
 
 def check_index(index, count, name):
-    """Return indices as an int64 array of shape (n,), or raise ValueError in a sentence that starts with `name`."""
+    """Return indices as int64 of shape (n,), or raise ValueError in a sentence with `name`."""
     index = np.asarray(index)
     if index.ndim != 1 or (index.size and not np.issubdtype(index.dtype, np.integer)):
-        raise ValueError(f'{name} has shape {index.shape} and type {index.dtype}, expected whole numbers of shape (n,)')
+        raise ValueError(
+            f'{name} has shape {index.shape} and type {index.dtype}, '
+            'expected whole numbers of shape (n,)'
+        )
     index = index.astype(np.int64)
-    if index.size and not (0 <= index.min() and index.max() < count):
+    if index.size and not (index.min() >= 0 and index.max() < count):
         wrong = index[(index < 0) | (index >= count)][0]
         raise ValueError(f'{name} has the value {wrong}, expected 0 to {count - 1}')
     return index
@@ -128,7 +143,10 @@ def _run(predators, prey, predator_index, prey_index, environment, threads, meas
     predator_index = check_index(predator_index, len(predators), 'predator_index')
     prey_index = check_index(prey_index, len(prey), 'prey_index')
     if len(predator_index) != len(prey_index):
-        raise ValueError(f'prey_index has {len(prey_index)} entries, expected {len(predator_index)} as predator_index')
+        raise ValueError(
+            f'prey_index has {len(prey_index)} entries, '
+            f'expected {len(predator_index)} as predator_index'
+        )
     if threads < 1:
         raise ValueError(f'threads is {threads}, expected at least 1')
 
@@ -139,7 +157,9 @@ def _run(predators, prey, predator_index, prey_index, environment, threads, meas
     def work():
         stream = EpisodeStream(environment, measure)
         for start in chunks:
-            _submit_chunk(stream, slice(start, start + _CHUNK), predators, prey, predator_index, prey_index)
+            _submit_chunk(
+                stream, slice(start, start + _CHUNK), predators, prey, predator_index, prey_index
+            )
             if stream.pending > 1:
                 keep(stream.advance())
         while stream.pending:

@@ -1,6 +1,7 @@
-"""The fused episode: eight predators and eight prey side by side, lanes refilled as episodes end."""
+"""The fused episode: eight pairs of robots side by side, lanes refilled as episodes end."""
 
 import numba
+
 from marxbot_sim.core.layout import LEFT, RIGHT
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
@@ -16,8 +17,10 @@ COMPLEXITY_ROWS = 3
 
 
 @numba.njit(forceinline=True)
-def tick(bodies, arena, obstacle, readings, weights, settings, memory, history, slot, inputs, wheels):
-    """Advance eight episodes by one tick: sense, control, move; return where the prey was captured, as lane bits."""
+def tick(
+    bodies, arena, obstacle, readings, weights, settings, memory, history, slot, inputs, wheels
+):
+    """Advance eight episodes by one tick and return where the prey was captured, as lane bits."""
     sense(bodies, arena, obstacle, readings)
     control(readings, weights, settings, memory, history, slot, inputs, wheels)
     return lane_bits(move(bodies, wheels, arena, obstacle))
@@ -25,17 +28,19 @@ def tick(bodies, arena, obstacle, readings, weights, settings, memory, history, 
 
 @numba.njit(forceinline=True)
 def _add_variation(wheels, complexity):
-    """Add how much the translational and rotational wheel speeds changed since the last tick (paper section 4)."""
+    """Add how much both desired speeds changed since the last tick (paper section 4)."""
     left, right = load(wheels, LEFT), load(wheels, RIGHT)
     advance, turn = (left + right) * 0.5, (right - left) * 0.5
-    change = absolute(advance - load(complexity, LAST_ADVANCE)) + absolute(turn - load(complexity, LAST_TURN))
+    change = absolute(advance - load(complexity, LAST_ADVANCE)) + absolute(
+        turn - load(complexity, LAST_TURN)
+    )
     store(complexity, VARIATION, load(complexity, VARIATION) + change)
     store(complexity, LAST_ADVANCE, advance)
     store(complexity, LAST_TURN, turn)
 
 
 @numba.njit
-def _start_episode(lane, genome, start, bodies, weights, memory, history, complexity):
+def _start_episode(lane, genome, start, bodies, weights, memory, complexity):
     """Put a robot at its start, at rest, with that genome's weights in its lane."""
     for row in range(bodies.shape[0]):
         bodies[row, lane] = start[row, lane]
@@ -45,8 +50,6 @@ def _start_episode(lane, genome, start, bodies, weights, memory, history, comple
         memory[row, lane] = 0.0
     for row in range(HIDDEN):
         memory[RECALL + row, lane] = genome[HIDDEN_BIASES + row]
-    for row in range(FATIGUE_TICKS):
-        history[row, lane] = 0.0
     for row in range(COMPLEXITY_ROWS):
         complexity[row, lane] = 0.0
 
@@ -120,8 +123,8 @@ def run_episodes(
                 row = first & episode_mask
                 predator = genomes[predator_row[row] & genome_mask]
                 prey = genomes[prey_row[row] & genome_mask]
-                _start_episode(pair, predator, start, bodies, weights, memory, history, complexity)
-                _start_episode(pair + HALF, prey, start, bodies, weights, memory, history, complexity)
+                _start_episode(pair, predator, start, bodies, weights, memory, complexity)
+                _start_episode(pair + HALF, prey, start, bodies, weights, memory, complexity)
                 lane_episode[pair] = first
                 first += 1
             if lane_episode[pair] != IDLE:
@@ -133,7 +136,17 @@ def run_episodes(
             slot = clock[0] % FATIGUE_TICKS
             clock[0] += 1
             captured = tick(
-                bodies, arena, obstacle, readings, weights, settings, memory, history, slot, inputs, wheels
+                bodies,
+                arena,
+                obstacle,
+                readings,
+                weights,
+                settings,
+                memory,
+                history,
+                slot,
+                inputs,
+                wheels,
             )
             if measure:
                 _add_variation(wheels, complexity)

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from marxbot_sim.core.layout import BODY_ROWS, READING_ROWS, WHEEL_ROWS
+
+from marxbot_sim.core.layout import READING_ROWS, WHEEL_ROWS
 from marxbot_sim.core.world import arena_rows, start_bodies
 from neuro_controller.core.controller import settings_column
 from neuro_controller.core.genome import GENES, SENSORS, weights_of
@@ -14,10 +15,12 @@ from .kernel import COMPLEXITY_ROWS, IDLE, run_episodes
 
 
 class _Ring:
-    """Arrays indexed by ever-growing numbers, of which the last few are kept: number n lies in row n % length."""
+    """Arrays indexed by ever-growing numbers n, which lie in row n % length."""
 
     def __init__(self, **columns):
-        self.columns = {name: np.zeros((1, *shape), dtype) for name, (dtype, shape) in columns.items()}
+        self.columns = {
+            name: np.zeros((1, *shape), dtype) for name, (dtype, shape) in columns.items()
+        }
         self.first = 0
         self.end = 0
 
@@ -55,8 +58,8 @@ class _Request:
 class EpisodeStream:
     """Runs the episodes of many requests, eight at a time, in the order in which they came.
 
-    A request's episodes need not start together or end together, so the lanes never idle while any request waits.
-    The result of an episode depends on its two genomes and the environment alone.
+    A request's episodes need not start together or end together, so the lanes never idle while any
+    request waits. The result of an episode depends on its two genomes and the environment alone.
 
     Parameters
     ----------
@@ -122,7 +125,9 @@ class EpisodeStream:
         self._episodes['predator'][rows] = np.asarray(predator_index) + first_genome
         self._episodes['prey'][rows] = np.asarray(prey_index) + (first_genome + len(predators))
         self._episodes['request'][rows] = self._requests.end
-        request = _Request(self._requests.end, ticket, first_genome, first_episode, self._episodes.end)
+        request = _Request(
+            self._requests.end, ticket, first_genome, first_episode, self._episodes.end
+        )
         row = self._requests.extend(1)
         self._requests['unfinished'][row] = count
         self._waiting.append(request)
@@ -172,7 +177,13 @@ class EpisodeStream:
                 waiting.append(request)
             else:
                 rows = self._episodes.rows(request.first_episode, request.end_episode)
-                results.append((request.ticket, self._episodes['ticks'][rows], self._episodes['complexity'][rows]))
+                results.append(
+                    (
+                        request.ticket,
+                        self._episodes['ticks'][rows],
+                        self._episodes['complexity'][rows],
+                    )
+                )
         self._waiting = waiting
         self._requests.first = waiting[0].number if waiting else self._requests.end
         self._episodes.first = waiting[0].first_episode if waiting else self._episodes.end

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from marxbot_sim.core.world import World
 from neuro_controller.core.controller import Controller
 
@@ -39,8 +40,8 @@ class Trace:
     captured: bool
 
 
-def trace_pair(predator, prey, environment=Environment()):  # noqa: B008
-    """Play one episode through `World` and `Controller`, which run the functions that the batch runs.
+def trace_pair(predator, prey, environment=Environment()):
+    """Play one episode through `World` and `Controller`, which run the batch's functions.
 
     Parameters
     ----------
@@ -65,7 +66,16 @@ def trace_pair(predator, prey, environment=Environment()):  # noqa: B008
         neurons.append([(c.inputs, c.hidden, c.outputs) for c in controllers])
         captured = world.step(wheels[-1])
         poses.append(world.poses)
-    inputs, hidden, outputs = (np.array([[robot[i] for robot in tick] for tick in neurons]) for i in range(3))
+    inputs, hidden, outputs = (
+        np.array([[robot[i] for robot in tick] for tick in neurons]) for i in range(3)
+    )
     return Trace(
-        np.array(poses), np.array(wheels), np.array(readings), inputs, hidden, outputs, len(wheels), captured
+        np.array(poses),
+        np.array(wheels),
+        np.array(readings),
+        inputs,
+        hidden,
+        outputs,
+        len(wheels),
+        captured,
     )

@@ -1,12 +1,13 @@
 """Rows of the arrays that the kernels work on.
 
-Every array is float32 of shape (rows, 16). Lane k < 8 holds the predator of episode k, lane k + 8 its prey, so that
-`swap_halves` shows each robot its opponent.
+Every array is float32 of shape (rows, 16). Lane k < 8 holds the predator of episode k, lane k + 8
+its prey, so that `swap_halves` shows each robot its opponent.
 """
 
 X, Y, COSINE, SINE, CONTACT = range(5)
 BODY_ROWS = 5
-"""`bodies`: position, m; heading as a unit vector; 1 where the last tick touched a wall or the obstacle, else 0."""
+"""`bodies`: position, m; heading as a unit vector; 1 where the last tick touched a
+wall or the obstacle, else 0."""
 
 LEFT, RIGHT = range(2)
 WHEEL_ROWS = 2
@@ -18,5 +19,5 @@ ARENA_ROWS = 2
 
 INFRARED, CAMERA, GROUND, TOUCH = 0, 24, 32, 36
 READING_ROWS = 37
-"""`readings`: 24 infrared distances from the rim, m (above the range: nothing seen); 8 camera sectors, 0..1;
-4 ground sensors, darkness 0..1; 1 while in contact."""
+"""`readings`: 24 infrared distances from the rim, m (above the range: nothing seen); 8 camera
+sectors, 0..1; 4 ground sensors, darkness 0..1; 1 while in contact."""

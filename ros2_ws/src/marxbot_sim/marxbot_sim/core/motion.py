@@ -1,11 +1,11 @@
 """How MarxBots move, touch walls and each other, for the 16 robots of a `Lanes`."""
 
 import numba
+
 from simd_lanes import (
     absolute,
     any_lane,
     copy_sign,
-    cosine as cosine_of,
     fma,
     inverse_square_root,
     load,
@@ -17,6 +17,9 @@ from simd_lanes import (
     store,
     swap_halves,
 )
+from simd_lanes import (
+    cosine as cosine_of,
+)
 
 from .layout import CONTACT, COSINE, HALF_SIZE, LEFT, RIGHT, SINE, WALL_FRICTION, X, Y
 from .parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, WHEEL_RADIUS, WHEEL_SEPARATION
@@ -24,6 +27,9 @@ from .parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, WHEEL_RADIUS, WHEEL_
 _METRES_PER_SPEED = 0.5 * WHEEL_RADIUS * TICK
 _HALF_TURN_PER_SPEED = 0.5 * WHEEL_RADIUS / WHEEL_SEPARATION * TICK
 _OBSTACLE_CLEARANCE = OBSTACLE_RADIUS + BODY_RADIUS
+_HELD_AT = (
+    _OBSTACLE_CLEARANCE + 1e-7
+)  # so that rounding alone is not felt as contact in the next tick
 _TOUCH_SQUARED = (2.0 * BODY_RADIUS) ** 2
 
 
@@ -42,9 +48,10 @@ def _clamp(x, limit):
 def _touched(x0, y0, x1, y1):
     """Return where two bodies touched during the tick.
 
-    The opponent moves, seen from the robot, from (x0, y0) to (x1, y1) along a straight line (each path is taken as
-    its chord, at most 0.4 mm from the arc at full speed). They touched if the line's nearest point to the robot is
-    within two radii: the end point, or the foot of the perpendicular where it lies between the two.
+    The opponent moves, seen from the robot, from (x0, y0) to (x1, y1) along a straight line (each
+    path is taken as its chord, at most 0.4 mm from the arc at full speed). They touched if the
+    line's nearest point to the robot is within two radii: the end point, or the foot of the
+    perpendicular where it lies between the two.
     """
     step_x, step_y = x1 - x0, y1 - y0
     length_squared = fma(step_x, step_x, step_y * step_y)
@@ -59,8 +66,9 @@ def _touched(x0, y0, x1, y1):
 def move(bodies, wheels, arena, obstacle):
     """Move the 16 robots by one tick, all at once.
 
-    Each follows the exact arc of a differential drive. A wall or the obstacle stops it along the normal; the sliding
-    that is left is shortened by Coulomb friction times the stopped part. Contact never turns a robot.
+    Each follows the exact arc of a differential drive. A wall or the obstacle stops it along the
+    normal; the sliding that is left is shortened by Coulomb friction times the stopped part.
+    Contact never turns a robot.
 
     Parameters
     ----------
@@ -114,7 +122,9 @@ def move(bodies, wheels, arena, obstacle):
     store(bodies, X, x1)
     store(bodies, Y, y1)
     store(bodies, CONTACT, select(contact, splat(1.0), 0.0))
-    return _touched(swap_halves(x0) - x0, swap_halves(y0) - y0, swap_halves(x1) - x1, swap_halves(y1) - y1)
+    return _touched(
+        swap_halves(x0) - x0, swap_halves(y0) - y0, swap_halves(x1) - x1, swap_halves(y1) - y1
+    )
 
 
 @numba.njit(forceinline=True)
@@ -123,7 +133,7 @@ def _push_out(x0, y0, x1, y1, centre_squared, friction):
     per_distance = inverse_square_root(centre_squared)
     normal_x, normal_y = x1 * per_distance, y1 * per_distance
     stopped = _OBSTACLE_CLEARANCE - centre_squared * per_distance
-    held_x, held_y = normal_x * _OBSTACLE_CLEARANCE, normal_y * _OBSTACLE_CLEARANCE
+    held_x, held_y = normal_x * _HELD_AT, normal_y * _HELD_AT
     slide = fma(held_y - y0, normal_x, -((held_x - x0) * normal_y))
     lost = slide - _shorten(slide, friction * stopped)
     return fma(lost, normal_y, held_x), fma(-lost, normal_x, held_y)

@@ -1,6 +1,7 @@
 """The MarxBot and its arena in numbers (SI units, REP-103 axes).
 
-Sources: the paper's appendix A1 (Simione & Nolfi 2019) and FARSA's model of the marXbot (Massera et al. 2014).
+Sources: the paper's appendix A1 (Simione & Nolfi 2019) and FARSA's model of the marXbot (Massera
+et al. 2014).
 """
 
 import math
@@ -25,7 +26,8 @@ INFRARED_RANGE = 0.1
 """Reach of an infrared ray from the body's rim, m (FARSA)."""
 
 CAMERA_SECTORS = 8
-"""Camera sectors; sector k spans [45 k, 45 (k + 1)) degrees counter-clockwise from the heading (paper A2)."""
+"""Camera sectors; sector k spans [45 k, 45 (k + 1)) degrees counter-clockwise
+from the heading (paper A2)."""
 
 GROUND_POSITIONS = ((0.0435, 0.049), (0.0435, -0.049), (-0.0435, 0.049), (-0.0435, -0.049))
 """Ground sensors in the body frame, x forward and y left, m (FARSA)."""
@@ -54,7 +56,8 @@ class Arena:
     obstacle : bool
         Whether the cylinder stands at the centre.
     wall_friction : float
-        Coulomb coefficient at walls and obstacle, >= 0: how many metres of sliding one metre of stopped approach costs.
+        Coulomb coefficient at walls and obstacle, >= 0: how many metres of sliding one metre
+        of stopped approach costs.
 
     Raises
     ------
@@ -68,6 +71,10 @@ class Arena:
 
     def __post_init__(self):
         if not 0.5 <= self.size < math.inf:
-            raise ValueError(f'arena size is {self.size}, expected a length in metres of at least 0.5')
+            raise ValueError(
+                f'arena size is {self.size}, expected a length in metres of at least 0.5'
+            )
         if not 0.0 <= self.wall_friction < math.inf:
-            raise ValueError(f'wall_friction is {self.wall_friction}, expected a number of at least 0')
+            raise ValueError(
+                f'wall_friction is {self.wall_friction}, expected a number of at least 0'
+            )

@@ -1,14 +1,16 @@
-"""What a MarxBot senses: infrared, camera, ground, traction (paper A1, A2), for the 16 robots of a `Lanes`."""
+"""What 16 MarxBots sense: infrared, camera, ground, traction (paper A1, A2)."""
 
 import math
 
 import numba
 import numpy as np
+
 from simd_lanes import (
     absolute,
     any_lane,
     arcsine,
     arctan2,
+    copy_sign,
     fma,
     inverse_square_root,
     load,
@@ -23,7 +25,13 @@ from simd_lanes import (
 )
 
 from .layout import CAMERA, CONTACT, COSINE, GROUND, HALF_SIZE, INFRARED, SINE, TOUCH, X, Y
-from .parameters import BODY_RADIUS, CAMERA_SECTORS, GROUND_POSITIONS, INFRARED_RANGE, INFRARED_RAYS, OBSTACLE_RADIUS
+from .parameters import (
+    BODY_RADIUS,
+    CAMERA_SECTORS,
+    GROUND_POSITIONS,
+    INFRARED_RAYS,
+    OBSTACLE_RADIUS,
+)
 
 _QUARTER = INFRARED_RAYS // 4
 _RAY_ANGLES = np.radians(7.5 + 15.0 * np.arange(_QUARTER))
@@ -32,7 +40,7 @@ _RAY_SINES = np.sin(_RAY_ANGLES).astype(np.float32)
 
 _BLIND_DISTANCE = 0.2
 _LEAST_INVERSE = 1.0 / _BLIND_DISTANCE
-_NEAR = 0.201  # what is farther from a robot's centre than this cannot raise an inverse distance above the least
+_NEAR = 0.201  # nothing farther from a robot's centre raises an inverse distance above the least
 _NEAR_ROBOT_SQUARED = (_NEAR + BODY_RADIUS) ** 2
 _NEAR_OBSTACLE_SQUARED = (_NEAR + OBSTACLE_RADIUS) ** 2
 
@@ -44,74 +52,90 @@ _GROUND_RADIUS_SQUARED = _GROUND_X**2 + _GROUND_Y**2
 
 
 @numba.njit(forceinline=True)
-def _infrared_walls(readings, x, y, cosine, sine, half_size):
-    """Set the inverse distance, 1/m, along each ray from the centre to the nearest wall.
+def _meet_walls(i, cosine, sine, toward_x, toward_y):
+    """Return the inverse distance to the nearest wall along rays i, i + 6, i + 12, i + 18, 1/m.
 
-    A ray whose direction has the component c toward a wall at distance D meets it after D/c. Inverse distances need
-    no division by c, and where c is negative the wall drops out by itself in the maximum. Six directions and their
-    quarter turns make the 24 rays; of two opposite walls only the near one can be in reach.
+    Distances count from the robot's centre. A ray whose direction has the component c toward a
+    wall at distance D meets it after D/c. Inverse distances c/D need no division by c, and where c
+    is negative the wall drops out by itself in the maximum. Four rays are quarter turns of one
+    direction; of two opposite walls only the near one can be in reach.
     """
-    toward_x = reciprocal(half_size - absolute(x))
-    toward_y = reciprocal(half_size - absolute(y))
-    toward_x = select(x < 0.0, -toward_x, toward_x)
-    toward_y = select(y < 0.0, -toward_y, toward_y)
-    for i in range(_QUARTER):
-        ray_x = fma(cosine, _RAY_COSINES[i], -(sine * _RAY_SINES[i]))
-        ray_y = fma(sine, _RAY_COSINES[i], cosine * _RAY_SINES[i])
-        along_x, along_y = ray_x * toward_x, ray_y * toward_y
-        turned_x, turned_y = ray_y * toward_x, ray_x * toward_y
-        store(readings, INFRARED + i, maximum(along_x, along_y))
-        store(readings, INFRARED + i + _QUARTER, maximum(-turned_x, turned_y))
-        store(readings, INFRARED + i + 2 * _QUARTER, -minimum(along_x, along_y))
-        store(readings, INFRARED + i + 3 * _QUARTER, maximum(turned_x, -turned_y))
+    ray_x = fma(cosine, _RAY_COSINES[i], -(sine * _RAY_SINES[i]))
+    ray_y = fma(sine, _RAY_COSINES[i], cosine * _RAY_SINES[i])
+    along_x, along_y = ray_x * toward_x, ray_y * toward_y
+    turned_x, turned_y = ray_y * toward_x, ray_x * toward_y
+    return (
+        maximum(along_x, along_y),
+        maximum(-turned_x, turned_y),
+        -minimum(along_x, along_y),
+        maximum(turned_x, -turned_y),
+    )
 
 
 @numba.njit(forceinline=True)
-def _infrared_disc(readings, forward, left, power):
-    """Raise the inverse distance along each ray that meets a disc.
+def _meet_disc(i, rays, forward, left, power, inverse_power):
+    """Raise the inverse distance along the ray of i, i + 6, i + 12, i + 18 that may meet a disc.
 
-    With the disc's centre at (forward, left) in the body frame and the power p of the robot's centre to it (distance
-    squared less radius squared), a ray with the component b toward the centre enters after b - sqrt(b^2 - p), the
-    inverse of which is (b + sqrt(b^2 - p)) / p.
+    With the disc's centre at (forward, left) in the body frame and the power p of the robot's
+    centre to it (distance squared less radius squared), a ray with the component b toward the
+    centre enters after b - sqrt(b^2 - p), the inverse of which is (b + sqrt(b^2 - p)) / p. A disc
+    outside the body is seen under less than 90 degrees, so of four quarter turns only the one
+    nearest to it, with the greatest b, can meet it; where that misses too, `square_root` gives a
+    large negative number, which drops out in the maximum.
     """
-    inverse_power = reciprocal(power)
-    for i in range(_QUARTER):
-        ahead = fma(forward, _RAY_COSINES[i], left * _RAY_SINES[i])
-        aside = fma(left, _RAY_COSINES[i], -(forward * _RAY_SINES[i]))
-        ahead_gap, aside_gap = fma(ahead, ahead, -power), fma(aside, aside, -power)
-        ahead_root = select(ahead_gap < 0.0, -100.0, square_root(ahead_gap))
-        aside_root = select(aside_gap < 0.0, -100.0, square_root(aside_gap))
-        _raise(readings, INFRARED + i, (ahead_root + ahead) * inverse_power)
-        _raise(readings, INFRARED + i + _QUARTER, (aside_root + aside) * inverse_power)
-        _raise(readings, INFRARED + i + 2 * _QUARTER, (ahead_root - ahead) * inverse_power)
-        _raise(readings, INFRARED + i + 3 * _QUARTER, (aside_root - aside) * inverse_power)
+    ahead = fma(forward, _RAY_COSINES[i], left * _RAY_SINES[i])
+    aside = fma(left, _RAY_COSINES[i], -(forward * _RAY_SINES[i]))
+    toward = maximum(absolute(ahead), absolute(aside))
+    inverse = (square_root(fma(toward, toward, -power)) + toward) * inverse_power
+    return (
+        select(ahead >= toward, maximum(rays[0], inverse), rays[0]),
+        select(aside >= toward, maximum(rays[1], inverse), rays[1]),
+        select(-ahead >= toward, maximum(rays[2], inverse), rays[2]),
+        select(-aside >= toward, maximum(rays[3], inverse), rays[3]),
+    )
 
 
 @numba.njit(forceinline=True)
-def _raise(rows, row, value):
-    store(rows, row, maximum(load(rows, row), value))
+def _store_distance(readings, ray, inverse):
+    store(readings, INFRARED + ray, reciprocal(maximum(inverse, _LEAST_INVERSE)) - BODY_RADIUS)
 
 
 @numba.njit(forceinline=True)
-def _share(bearing, half_width, middle):
-    """Return which fraction of a camera sector is covered by an interval of bearings; the unit is one sector."""
-    apart = absolute(bearing - middle)
-    apart = minimum(apart, absolute(8.0 - apart))
-    overlap = maximum(half_width + 0.5 - apart, 0.0)
-    return minimum(overlap, minimum(half_width + half_width, 1.0))
+def _below(boundary, low, width):
+    """Return how much of the interval [low, low + width] lies below a boundary."""
+    return minimum(maximum(boundary - low, 0.0), width)
 
 
 @numba.njit(forceinline=True)
-def _bearing(forward, left):
-    """Return the direction of a point in the body frame in sectors counter-clockwise from the heading, 0..8."""
-    angle = arctan2(left, forward) * _SECTORS_PER_RADIAN
-    return select(angle < 0.0, angle + 8.0, angle)
+def _view(forward, left, distance_squared, radius):
+    """Return the interval of bearings under which a disc is seen: its start, 0..8, and its width.
+
+    The unit is one camera sector, the origin the heading, the sense counter-clockwise.
+    """
+    middle = arctan2(left, forward) * _SECTORS_PER_RADIAN
+    half_width = arcsine(inverse_square_root(distance_squared) * radius) * _SECTORS_PER_RADIAN
+    low = middle - half_width
+    return select(low < 0.0, low + 8.0, low), half_width + half_width
 
 
 @numba.njit(forceinline=True)
-def _half_width(radius, distance_squared):
-    """Return half the angle under which a disc is seen, in sectors."""
-    return arcsine(inverse_square_root(distance_squared) * radius) * _SECTORS_PER_RADIAN
+def _camera(readings, low, width, hidden_low, hidden_width):
+    """Set the eight sectors to their shares of an interval of bearings less a hidden part of it.
+
+    An interval that starts below 8 ends below 10: what lies in sectors 8 and 9 belongs to 0 and 1.
+    """
+    before = splat(0.0)
+    for boundary in range(1, CAMERA_SECTORS + 3):
+        below = _below(float(boundary), low, width) - _below(
+            float(boundary), hidden_low, hidden_width
+        )
+        share = below - before
+        before = below
+        if boundary <= CAMERA_SECTORS:
+            store(readings, CAMERA + boundary - 1, maximum(share, 0.0))
+        else:
+            sector = CAMERA + boundary - 1 - CAMERA_SECTORS
+            store(readings, sector, load(readings, sector) + maximum(share, 0.0))
 
 
 @numba.njit(forceinline=True)
@@ -146,36 +170,41 @@ def sense(bodies, arena, obstacle, readings):
     near_robot = any_lane(distance_squared < _NEAR_ROBOT_SQUARED)
     near_obstacle = obstacle and any_lane(centre_squared < _NEAR_OBSTACLE_SQUARED)
     if near_wall or near_robot or near_obstacle:
-        _infrared_walls(readings, x, y, cosine, sine, half_size)
-        if near_robot:
-            _infrared_disc(readings, forward, left, power)
-        if near_obstacle:
-            _infrared_disc(readings, centre_forward, centre_left, obstacle_power)
-        for i in range(INFRARED_RAYS):
-            inverse = maximum(load(readings, INFRARED + i), _LEAST_INVERSE)
-            store(readings, INFRARED + i, reciprocal(inverse) - BODY_RADIUS)
+        toward_x = copy_sign(reciprocal(half_size - absolute(x)), x)
+        toward_y = copy_sign(reciprocal(half_size - absolute(y)), y)
+        inverse_power = reciprocal(power)
+        inverse_obstacle_power = reciprocal(obstacle_power)
+        for i in range(_QUARTER):
+            rays = _meet_walls(i, cosine, sine, toward_x, toward_y)
+            if near_robot:
+                rays = _meet_disc(i, rays, forward, left, power, inverse_power)
+            if near_obstacle:
+                rays = _meet_disc(
+                    i, rays, centre_forward, centre_left, obstacle_power, inverse_obstacle_power
+                )
+            _store_distance(readings, i, rays[0])
+            _store_distance(readings, i + _QUARTER, rays[1])
+            _store_distance(readings, i + 2 * _QUARTER, rays[2])
+            _store_distance(readings, i + 3 * _QUARTER, rays[3])
     else:
-        nothing = reciprocal(splat(_LEAST_INVERSE)) - BODY_RADIUS
         for i in range(INFRARED_RAYS):
-            store(readings, INFRARED + i, nothing)
+            _store_distance(readings, i, splat(0.0))
 
-    bearing = _bearing(forward, left)
-    half_width = _half_width(BODY_RADIUS, distance_squared)
+    low, width = _view(forward, left, distance_squared, BODY_RADIUS)
     if obstacle:
-        hiding = _half_width(OBSTACLE_RADIUS, centre_squared)
-        offset = _bearing(centre_forward, centre_left) - bearing
-        offset = select(offset > 4.0, offset - 8.0, select(offset < -4.0, offset + 8.0, offset))
-        low = maximum(offset - hiding, -half_width)
-        high = minimum(offset + hiding, half_width)
-        hidden_width = select(obstacle_power < power, maximum((high - low) * 0.5, 0.0), 0.0)
-        hidden_bearing = fma(high + low, 0.5, bearing)
-        for i in range(CAMERA_SECTORS):
-            seen = _share(bearing, half_width, _SECTOR_MIDDLES[i])
-            hidden = _share(hidden_bearing, hidden_width, _SECTOR_MIDDLES[i])
-            store(readings, CAMERA + i, maximum(seen - hidden, 0.0))
+        hiding_low, hiding_width = _view(
+            centre_forward, centre_left, centre_squared, OBSTACLE_RADIUS
+        )
+        ahead = hiding_low - low
+        hiding_low = select(
+            ahead > 4.0, hiding_low - 8.0, select(ahead < -4.0, hiding_low + 8.0, hiding_low)
+        )
+        hidden_low = maximum(hiding_low, low)
+        hidden_width = maximum(minimum(hiding_low + hiding_width, low + width) - hidden_low, 0.0)
+        hidden_width = select(obstacle_power < power, hidden_width, 0.0)
+        _camera(readings, low, width, hidden_low, hidden_width)
     else:
-        for i in range(CAMERA_SECTORS):
-            store(readings, CAMERA + i, _share(bearing, half_width, _SECTOR_MIDDLES[i]))
+        _camera(readings, low, width, low, splat(0.0))
 
     _ground(readings, centre_forward, centre_left, centre_squared, half_size)
     store(readings, TOUCH, load(bodies, CONTACT))
@@ -183,12 +212,10 @@ def sense(bodies, arena, obstacle, readings):
 
 @numba.njit(forceinline=True)
 def _ground(readings, centre_forward, centre_left, centre_squared, half_size):
-    """Set the darkness under the four ground sensors: distance from the centre over half the diagonal."""
+    """Set the ground's darkness: distance from the centre over half the diagonal."""
     per_metre = reciprocal(half_size * math.sqrt(2.0))
     middle = centre_squared + _GROUND_RADIUS_SQUARED
     along, across = centre_forward * (-2.0 * _GROUND_X), centre_left * (-2.0 * _GROUND_Y)
     front, back = middle + along, middle - along
-    store(readings, GROUND, square_root(front + across) * per_metre)
-    store(readings, GROUND + 1, square_root(front - across) * per_metre)
-    store(readings, GROUND + 2, square_root(back + across) * per_metre)
-    store(readings, GROUND + 3, square_root(back - across) * per_metre)
+    for i, squared in enumerate((front + across, front - across, back + across, back - across)):
+        store(readings, GROUND + i, square_root(maximum(squared, 0.0)) * per_metre)

@@ -1,12 +1,24 @@
-"""One arena with one predator and one prey, stepped from Python by the kernels that the headless batch runs."""
+"""One arena with a predator and a prey, stepped from Python by the batch's own kernels."""
 
 import math
 
 import numba
 import numpy as np
+
 from simd_lanes import HALF, aligned_rows, lane_bits
 
-from .layout import ARENA_ROWS, BODY_ROWS, COSINE, HALF_SIZE, READING_ROWS, SINE, WALL_FRICTION, WHEEL_ROWS, X, Y
+from .layout import (
+    ARENA_ROWS,
+    BODY_ROWS,
+    COSINE,
+    HALF_SIZE,
+    READING_ROWS,
+    SINE,
+    WALL_FRICTION,
+    WHEEL_ROWS,
+    X,
+    Y,
+)
 from .motion import move
 from .parameters import BODY_RADIUS, OBSTACLE_RADIUS, START_POSES, Arena
 from .sensing import sense
@@ -67,14 +79,19 @@ def check_poses(poses, arena):
     limit = 0.5 * arena.size - BODY_RADIUS
     for name, (x, y, _) in zip(('predator', 'prey'), poses, strict=True):
         if max(abs(x), abs(y)) > limit:
-            raise ValueError(f'{name} position is ({x}, {y}), expected both within +-{limit} m of the centre')
+            raise ValueError(
+                f'{name} position is ({x}, {y}), expected both within +-{limit} m of the centre'
+            )
         if arena.obstacle and math.hypot(x, y) < OBSTACLE_RADIUS + BODY_RADIUS:
             raise ValueError(
-                f'{name} position is ({x}, {y}), expected at least {OBSTACLE_RADIUS + BODY_RADIUS} m from the obstacle'
+                f'{name} position is ({x}, {y}), '
+                f'expected at least {OBSTACLE_RADIUS + BODY_RADIUS} m from the obstacle'
             )
     distance = math.hypot(*(poses[1, :2] - poses[0, :2]))
     if distance <= 2 * BODY_RADIUS:
-        raise ValueError(f'the robots are {distance} m apart, expected more than {2 * BODY_RADIUS} m')
+        raise ValueError(
+            f'the robots are {distance} m apart, expected more than {2 * BODY_RADIUS} m'
+        )
     return poses
 
 
@@ -86,7 +103,7 @@ class World:
     arena : Arena
     """
 
-    def __init__(self, arena=Arena()):  # noqa: B008  frozen
+    def __init__(self, arena=Arena()):
         self.arena = arena
         self._arena = arena_rows(arena)
         self._wheels = aligned_rows(WHEEL_ROWS)
@@ -132,11 +149,13 @@ class World:
 
     @property
     def bodies(self):
-        """Float32 of shape (2, 5): x and y in m, cosine and sine of the heading, contact 0 or 1."""
+        """Float32 of shape (2, 5): x and y in m, cosine and sine of the heading, contact."""
         return self._bodies[:, ROBOT_LANES].T.copy()
 
     @property
     def poses(self):
         """Float32 of shape (2, 3): x and y in m, heading in rad."""
         bodies = self.bodies
-        return np.column_stack([bodies[:, X], bodies[:, Y], np.arctan2(bodies[:, SINE], bodies[:, COSINE])])
+        return np.column_stack(
+            [bodies[:, X], bodies[:, Y], np.arctan2(bodies[:, SINE], bodies[:, COSINE])]
+        )

@@ -4,6 +4,7 @@ import math
 
 import numba
 import numpy as np
+
 from simd_lanes import aligned_rows
 
 from .genome import GENES, HIDDEN, OUTPUTS, SENSORS, check_genomes, weights_of
@@ -22,11 +23,12 @@ from .network import (
 )
 
 MOTOR_MAPS = {'printed': (1.0, 0.0), 'signed': (2.0, -1.0)}
-"""How the motor neuron rm becomes a drive, scale * rm + offset: as equations 3 and 4 print it, where a robot cannot
-back up, or with 2 rm - 1 in place of rm, where it can."""
+"""How the motor neuron rm becomes a drive, scale * rm + offset: as equations 3 and 4 print it,
+where a robot cannot back up, or with 2 rm - 1 in place of rm, where it can."""
 
 MAX_WHEEL_SPEED = 30.0
-"""Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of 2**-16 up to there."""
+"""Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of
+2**-16 up to there."""
 
 
 @numba.njit(nogil=True, cache=True)
@@ -48,11 +50,16 @@ def settings_column(max_wheel_speed, motor_map='printed', episode_ticks=1000):
         If a value is out of its range, in one sentence.
     """
     if not 0.0 < max_wheel_speed <= MAX_WHEEL_SPEED:
-        raise ValueError(f'max_wheel_speed is {max_wheel_speed}, expected rad/s above 0 and up to {MAX_WHEEL_SPEED:g}')
+        raise ValueError(
+            f'max_wheel_speed is {max_wheel_speed}, '
+            f'expected rad/s above 0 and up to {MAX_WHEEL_SPEED:g}'
+        )
     if motor_map not in MOTOR_MAPS:
         raise ValueError(f'motor_map is {motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}')
     if not 1 <= episode_ticks < math.inf:
-        raise ValueError(f'episode_ticks is {episode_ticks}, expected a number of ticks of at least 1')
+        raise ValueError(
+            f'episode_ticks is {episode_ticks}, expected a number of ticks of at least 1'
+        )
     column = np.empty(SETTING_ROWS, dtype=np.float32)
     column[MAX_SPEED] = max_wheel_speed
     column[PER_MAX_SPEED] = 1.0 / max_wheel_speed
@@ -104,8 +111,8 @@ class Controller:
         Parameters
         ----------
         readings : array_like, shape (37,)
-            24 infrared distances from the rim, m (above 0.1: nothing seen); 8 camera sectors, 0..1; 4 ground
-            sensors, 0..1; contact 0 or 1.
+            24 infrared distances from the rim, m (above 0.1: nothing seen); 8 camera sectors,
+            0..1; 4 ground sensors, 0..1; contact 0 or 1.
 
         Returns
         -------

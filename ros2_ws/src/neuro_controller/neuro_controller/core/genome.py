@@ -44,12 +44,15 @@ def check_genomes(genomes, name='genomes'):
     Raises
     ------
     ValueError
-        In one sentence that starts with `name`, if the shape is another, or a gene is NaN or out of range.
+        In one sentence that starts with `name`, if the shape is another, or a gene is NaN or out
+        of range.
     """
     try:
         genomes = np.asarray(genomes, dtype=np.float32)
     except (TypeError, ValueError, OverflowError):
-        raise ValueError(f'{name} is not an array of numbers, expected shape (n, {GENES})') from None
+        raise ValueError(
+            f'{name} is not an array of numbers, expected shape (n, {GENES})'
+        ) from None
     if genomes.ndim != 2 or genomes.shape[1] != GENES:
         raise ValueError(f'{name} has shape {genomes.shape}, expected (n, {GENES})')
     wrong = ~(np.abs(genomes) <= GENE_RANGE)
@@ -63,7 +66,7 @@ def check_genomes(genomes, name='genomes'):
 
 
 def weights_of(genomes):
-    """Return the numbers that `network.control` multiplies with: the genes, with each leak gene g as |g| / 5.
+    """Return what `network.control` multiplies with: the genes, each leak gene g as |g| / 5.
 
     Parameters
     ----------

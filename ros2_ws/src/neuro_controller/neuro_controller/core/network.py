@@ -1,18 +1,22 @@
-"""From a robot's readings to its wheels: sensors, leaky recurrent network, motors (paper A2), for 16 robots at once.
+"""From readings to wheels: sensors, leaky recurrent network, motors (paper A2), for 16 robots.
 
 Rows of the arrays, each float32 of shape (rows, 16):
 
 * `weights`: the genome, with the leaks as `genome.weights_of` gives them;
-* `inputs`: the 25 sensory neurons, 0..1: 8 infrared groups, 8 camera sectors, their mean, 4 ground sensors, their
+* `inputs`: the 25 sensory neurons, 0..1: 8 infrared groups, 8 camera sectors, their mean, 4 ground
+sensors, their
   mean, collision, clock, fatigue;
-* `memory`: 10 hidden neurons, the 2 motor neurons of the last tick, the sum of the recent speeds, the ticks passed,
-  the recurrent input of the next tick (that of the first tick, with hidden neurons at 0, is the biases);
-* `history`: the speeds of the last 200 ticks;
+* `memory`: 10 hidden neurons, the 2 motor neurons of the last tick, the sum of the recent speeds,
+the ticks passed,
+  the recurrent input of the next tick (that of the first tick, with hidden neurons at 0, is the
+  biases);
+* `history`: the speeds of the last 200 ticks, those before the start being ignored;
 * `settings`: what differs between robots and episodes, see `controller.settings_rows`.
 """
 
 import numba
-from simd_lanes import absolute, fma, load, logistic, maximum, select, store
+
+from simd_lanes import absolute, fma, load, logistic, maximum, select, splat, store
 
 from .genome import (
     HIDDEN,
@@ -31,7 +35,15 @@ INFRARED_READINGS, CAMERA_READINGS, GROUND_READINGS, TOUCH_READING = 0, 24, 32, 
 INFRARED_RANGE = 0.1
 """Distance, m, at which an infrared activation has fallen to 0."""
 
-CAMERA_INPUTS, CAMERA_MEAN, GROUND_INPUTS, GROUND_MEAN, COLLISION, CLOCK, FATIGUE = 8, 16, 17, 21, 22, 23, 24
+CAMERA_INPUTS, CAMERA_MEAN, GROUND_INPUTS, GROUND_MEAN, COLLISION, CLOCK, FATIGUE = (
+    8,
+    16,
+    17,
+    21,
+    22,
+    23,
+    24,
+)
 
 MOTORS, SPEED_SUM, TICKS, RECALL = HIDDEN, HIDDEN + 2, HIDDEN + 3, HIDDEN + 4
 MEMORY_ROWS = RECALL + HIDDEN
@@ -44,13 +56,14 @@ SETTING_ROWS = 5
 
 LEFT, RIGHT = range(2)
 
-_SPEED_GRID = 192.0  # a float32 in [128, 256) is a multiple of 2**-16, so adding and subtracting rounds to that
+# A float32 in [128, 256) is a multiple of 2**-16, so adding and subtracting these rounds to that.
+_SPEED_GRID = 192.0
 _EFFORT_GRID = 128.0
 
 
 @numba.njit(forceinline=True)
 def perceive(readings, memory, settings, inputs):
-    """Fill the sensory neurons from the readings and from what the controller itself knows: clock and fatigue."""
+    """Fill the sensory neurons from the readings, and from the controller's clock and fatigue."""
     for group in range(INFRARED_GROUPS):
         total = _activation(readings, GROUP * group)
         total = total + _activation(readings, GROUP * group + 1)
@@ -82,16 +95,18 @@ def _copy(readings, row, inputs, target):
 def _copy_four(readings, first, inputs, target):
     """Copy four readings to the inputs and return their sum."""
     left = _copy(readings, first, inputs, target) + _copy(readings, first + 1, inputs, target + 1)
-    right = _copy(readings, first + 2, inputs, target + 2) + _copy(readings, first + 3, inputs, target + 3)
+    right = _copy(readings, first + 2, inputs, target + 2) + _copy(
+        readings, first + 3, inputs, target + 3
+    )
     return left + right
 
 
 @numba.njit(forceinline=True)
 def _sense_six(sums, weights, inputs, neuron, output, start, end):
-    """Add what sensors `start` to `end - 1` give to hidden neurons `neuron` to `neuron + 4` and to one output.
+    """Add what sensors `start` to `end - 1` give to five hidden neurons and to one output.
 
-    Six sums at a time, because a value is then loaded once for six products, and the additions to one sum do not
-    wait for each other.
+    Six sums at a time, because a value is then loaded once for six products, and the additions to
+    one sum do not wait for each other.
     """
     a, b, c, d, e, f = sums
     hidden = SENSOR_TO_HIDDEN + SENSORS * neuron
@@ -109,7 +124,7 @@ def _sense_six(sums, weights, inputs, neuron, output, start, end):
 
 @numba.njit(forceinline=True)
 def _recall_five(weights, memory, neuron):
-    """Set the recurrent input plus bias that hidden neurons `neuron` to `neuron + 4` will have in the next tick."""
+    """Set what five hidden neurons will get in the next tick from bias and recurrence."""
     bias = HIDDEN_BIASES + neuron
     a, b, c = load(weights, bias), load(weights, bias + 1), load(weights, bias + 2)
     d, e = load(weights, bias + 3), load(weights, bias + 4)
@@ -129,8 +144,8 @@ def _recall_five(weights, memory, neuron):
 def recall(weights, memory):
     """Set the recurrent input of the next tick.
 
-    It is known as soon as the hidden neurons are, and computed then: the processor has little else to do while one
-    number after the other goes through motors and motion.
+    It is known as soon as the hidden neurons are, and computed then: the processor has little else
+    to do while one number after the other goes through motors and motion.
     """
     _recall_five(weights, memory, 0)
     _recall_five(weights, memory, 5)
@@ -140,12 +155,14 @@ def recall(weights, memory):
 def _leak(weights, memory, neuron, net):
     """Update one hidden neuron: h = d h' + (1 - d) logistic(net)."""
     active = logistic(net)
-    store(memory, neuron, fma(load(weights, LEAKS + neuron), load(memory, neuron) - active, active))
+    store(
+        memory, neuron, fma(load(weights, LEAKS + neuron), load(memory, neuron) - active, active)
+    )
 
 
 @numba.njit(forceinline=True)
 def _net_six(weights, memory, inputs, neuron, output):
-    """Return the net input of hidden neurons `neuron` to `neuron + 4`, and what the sensors give to one output."""
+    """Return the net input of five hidden neurons, and what the sensors give to one output."""
     first = RECALL + neuron
     sums = (
         load(memory, first),
@@ -161,7 +178,7 @@ def _net_six(weights, memory, inputs, neuron, output):
 
 @numba.njit(forceinline=True)
 def think(weights, memory, inputs):
-    """Run the network for one tick: ten leaky hidden neurons, all-to-all recurrent, and two logistic outputs."""
+    """Run the network for one tick: ten leaky recurrent neurons, then two logistic outputs."""
     a, b, c, d, e, translation = _net_six(weights, memory, inputs, 0, 0)
     f, g, h, i, j, rotation = _net_six(weights, memory, inputs, 5, 1)
     for neuron, net in enumerate((a, b, c, d, e, f, g, h, i, j)):
@@ -178,8 +195,9 @@ def think(weights, memory, inputs):
 def drive(memory, inputs, settings, history, slot, wheels):
     """Set the wheels from the motor neurons (paper eq. 1-5) and remember the effort.
 
-    Wheel speeds are rounded to multiples of 2**-16 rad/s, which a Twist message carries without loss, and the effort
-    of a tick to multiples of 2**-16, so that the sum over 200 ticks is exact and does not drift.
+    Wheel speeds are rounded to multiples of 2**-16 rad/s, which a Twist message carries without
+    loss, and the effort of a tick to multiples of 2**-16, so that the sum over 200 ticks is exact
+    and does not drift.
     """
     tm, rm = load(memory, MOTORS), load(memory, MOTORS + 1)
     max_speed = load(settings, MAX_SPEED)
@@ -194,9 +212,11 @@ def drive(memory, inputs, settings, history, slot, wheels):
 
     effort = (absolute(left) + absolute(right)) * (load(settings, PER_MAX_SPEED) * 0.5)
     effort = (effort + _EFFORT_GRID) - _EFFORT_GRID
-    store(memory, SPEED_SUM, load(memory, SPEED_SUM) - load(history, slot) + effort)
+    ticks = load(memory, TICKS)
+    leaving = select(ticks < FATIGUE_TICKS, splat(0.0), load(history, slot))
+    store(memory, SPEED_SUM, load(memory, SPEED_SUM) - leaving + effort)
     store(history, slot, effort)
-    store(memory, TICKS, load(memory, TICKS) + 1.0)
+    store(memory, TICKS, ticks + 1.0)
 
 
 @numba.njit(forceinline=True)
