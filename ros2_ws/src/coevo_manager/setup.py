@@ -17,5 +17,11 @@ setup(
     description='Competitive co-evolution of predators and prey: episodes, algorithms, analysis and their executables.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
-    entry_points={'console_scripts': []},
+    entry_points={
+        'console_scripts': [
+            'evaluator = coevo_manager.evaluator:main',
+            'evolve = coevo_manager.evolve:main',
+            'manager = coevo_manager.manager:main',
+        ],
+    },
 )

@@ -1,0 +1,87 @@
+"""Between the messages of EvaluateBatch and the arrays of core."""
+
+from __future__ import annotations
+
+import array
+import dataclasses
+
+import numpy as np
+from coevo_msgs.msg import Environment as EnvironmentMsg
+from coevo_msgs.srv import EvaluateBatch
+
+from coevo_manager.core.environment import Environment
+from coevo_manager.core.evaluation import Batch
+from neuro_controller.core.genome import GENES, check_genomes
+
+_FIELDS = [field.name for field in dataclasses.fields(Environment)]
+
+
+def to_sequence(values: np.ndarray, typecode: str) -> array.array:
+    """Return the values as the sequence that a message field takes without looking at each.
+
+    Parameters
+    ----------
+    values : array of one dimension
+        Of the type that `typecode` names.
+    typecode : str
+        Type of the field: 'f' for float32[], 'I' for uint32[], 'i' for int32[].
+    """
+    return array.array(typecode, values.tobytes())
+
+
+def to_batch(request: EvaluateBatch.Request) -> Batch:
+    """Return the episodes of a request, checked, without copying its genomes.
+
+    Raises
+    ------
+    ValueError
+        A genome's length or a gene, or an index, is wrong: one sentence.
+    """
+    predators = _to_genomes(request.predators, 'predators')
+    prey = _to_genomes(request.prey, 'prey')
+    predator_index = _to_index(request.predator_index, len(predators), 'predator_index')
+    prey_index = _to_index(request.prey_index, len(prey), 'prey_index')
+    if len(predator_index) != len(prey_index):
+        raise ValueError(
+            f'prey_index has {len(prey_index)} entries, expected {len(predator_index)} '
+            'as predator_index'
+        )
+    return Batch(predators, prey, predator_index, prey_index)
+
+
+def _to_genomes(sequence: array.array, name: str) -> np.ndarray:
+    genes = np.frombuffer(sequence, np.float32)
+    if genes.size % GENES:
+        raise ValueError(f'{name} has {genes.size} numbers, expected {GENES} for each genome')
+    return check_genomes(genes.reshape(-1, GENES), name)
+
+
+def _to_index(sequence: array.array, count: int, name: str) -> np.ndarray:
+    index = np.frombuffer(sequence, np.uint32)
+    if index.size and index.max() >= count:
+        expected = f'0 to {count - 1}' if count else 'none, for want of genomes'
+        raise ValueError(f'{name} has the value {index.max()}, expected {expected}')
+    return index
+
+
+def to_environment_message(environment: Environment) -> EnvironmentMsg:
+    """Return the message of an environment; its fields have the same names."""
+    types = EnvironmentMsg.get_fields_and_field_types()
+    message = EnvironmentMsg()
+    for name in _FIELDS:
+        value = getattr(environment, name)
+        setattr(message, name, float(value) if types[name] == 'double' else value)
+    return message
+
+
+def to_environment(message: EnvironmentMsg) -> Environment:
+    """Return the environment of a message; a predator_speed of 0 is the default.
+
+    Raises
+    ------
+    ValueError
+        A field is out of its range.
+    """
+    values = {name: getattr(message, name) for name in _FIELDS}
+    values['predator_speed'] = values['predator_speed'] or None
+    return Environment(**values)

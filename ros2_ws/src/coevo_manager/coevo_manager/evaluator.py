@@ -1,0 +1,153 @@
+"""The evaluator node: plays the episodes of EvaluateBatch requests."""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import os
+import signal
+import socket
+import sys
+import threading
+from collections.abc import Sequence
+
+import rclpy
+from coevo_msgs.srv import EvaluateBatch
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from coevo_manager.core.episodes import Environment, EpisodeStream
+from coevo_manager.evaluation_messages import to_batch, to_environment, to_sequence
+
+WAIT = 0.1
+"""Longest wait for a request, s: a signal is honoured within this time."""
+
+KEPT_STREAMS = 4
+"""Streams kept for environments that nobody asks for at the moment."""
+
+
+class EvaluatorNode(Node):
+    """Serves ``evaluate_batch`` (coevo_msgs/srv/EvaluateBatch), several requests at a time.
+
+    Requests of one environment are merged in one `EpisodeStream`, so that its lanes stay full
+    while any of them waits; each is answered as soon as its last episode ends. An executor would
+    answer one request before it takes the next, which is why `serve` turns its own loop.
+
+    Without a namespace given on the command line the node takes one of its own, so that any
+    number of evaluators can be started side by side.
+    """
+
+    def __init__(self) -> None:
+        host = ''.join(c if c.isalnum() and c.isascii() else '_' for c in socket.gethostname())
+        super().__init__(
+            'evaluator',
+            namespace=f'evaluator_{host}_{os.getpid()}',
+            start_parameter_services=False,
+        )
+        self._streams: dict[tuple[Environment, bool], EpisodeStream] = {}
+        self._service = self.create_service(EvaluateBatch, 'evaluate_batch', self._never_spun)
+        self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 1, 0, self.context.handle)
+        self.get_logger().info(f'ready on {self._service.service_name}')
+
+    def _never_spun(self, request, response):
+        raise RuntimeError('an evaluator is run by serve, not by an executor')
+
+    def serve(self, stop: threading.Event) -> None:
+        """Answer requests until `stop` is set."""
+        while not stop.is_set():
+            self._take_requests()
+            if not self._advance():
+                self._wait_set.clear_entities()
+                self._wait_set.add_service(self._service.handle)
+                self._wait_set.wait(int(WAIT * 1e9))
+
+    def _take_requests(self) -> None:
+        while True:
+            request, header = self._service.handle.service_take_request(EvaluateBatch.Request)
+            if request is None:
+                return
+            try:
+                self._begin(request, header.request_id)
+            except ValueError as error:
+                self.get_logger().warning(f'refused a request: {error}')
+                self._respond(
+                    EvaluateBatch.Response(success=False, message=str(error)), header.request_id
+                )
+
+    def _begin(self, request: EvaluateBatch.Request, request_id) -> None:
+        environment = to_environment(request.environment)
+        batch = to_batch(request)
+        if not len(batch):
+            self._respond(EvaluateBatch.Response(success=True), request_id)
+            return
+        stream = self._stream(environment, request.complexity)
+        stream.submit(
+            request_id, batch.predators, batch.prey, batch.predator_index, batch.prey_index
+        )
+
+    def _stream(self, environment: Environment, complexity: bool) -> EpisodeStream:
+        key = environment, complexity
+        if key not in self._streams:
+            idle = [known for known, stream in self._streams.items() if not stream.pending]
+            for known in idle[: max(0, len(self._streams) - KEPT_STREAMS)]:
+                del self._streams[known]
+            self._streams[key] = EpisodeStream(environment, measure=complexity)
+        return self._streams[key]
+
+    def _advance(self) -> bool:
+        busy = [key for key, stream in self._streams.items() if stream.pending]
+        for environment, measured in busy:
+            for request_id, ticks, complexity in self._streams[environment, measured].advance():
+                response = EvaluateBatch.Response()
+                response.success = True
+                response.capture_ticks = to_sequence(ticks, 'i')
+                if measured:
+                    response.predator_complexity = to_sequence(complexity[:, 0], 'f')
+                    response.prey_complexity = to_sequence(complexity[:, 1], 'f')
+                self._respond(response, request_id)
+        return bool(busy)
+
+    def _respond(self, response: EvaluateBatch.Response, request_id) -> None:
+        try:
+            self._service.handle.service_send_response(response, request_id)
+        except _rclpy.RCLError as error:
+            self.get_logger().warning(f'an answer could not be sent: {error}')
+
+
+def _end_with(parent: int) -> None:
+    """Let the kernel end this process as soon as its parent has ended."""
+    PR_SET_PDEATHSIG = 1
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:
+        sys.exit(0)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the executable ``evaluator``; return its exit code."""
+    parser = argparse.ArgumentParser(
+        prog='evaluator',
+        description='Plays the episodes of the service evaluate_batch. Runs of evolve find it '
+        'and share it; its namespace can be given by --ros-args -r __ns:=/NAME.',
+    )
+    parser.add_argument(
+        '--parent', type=int, metavar='PID', help='end together with this parent process'
+    )
+    command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
+    options = parser.parse_args(remove_ros_args(command_line)[1:])
+    if options.parent:
+        _end_with(options.parent)
+    rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
+    stop = threading.Event()
+    node = EvaluatorNode()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: stop.set())
+    node.serve(stop)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
