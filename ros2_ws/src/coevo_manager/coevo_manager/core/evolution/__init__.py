@@ -7,7 +7,11 @@ from coevo_manager.core.evolution.observation import (
     Outcome,
     PhaseStats,
 )
-from coevo_manager.core.evolution.run_folder import RunFolderError, read_configuration
+from coevo_manager.core.evolution.run_folder import (
+    RunFolderError,
+    check_new_folder,
+    read_configuration,
+)
 
 __all__ = [
     'Evolution',
@@ -16,5 +20,6 @@ __all__ = [
     'Outcome',
     'PhaseStats',
     'RunFolderError',
+    'check_new_folder',
     'read_configuration',
 ]

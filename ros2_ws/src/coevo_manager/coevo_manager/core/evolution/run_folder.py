@@ -62,6 +62,26 @@ def read_configuration(folder: Path | str) -> Configuration:
         raise RunFolderError(f'{path} cannot be read: {error}') from None
 
 
+def check_new_folder(path: Path | str) -> None:
+    """Check that a run may begin in a folder: there is none, or an empty one.
+
+    Raises
+    ------
+    RunFolderError
+    """
+    path = Path(path)
+    try:
+        if (path / 'run.json').exists():
+            raise RunFolderError(
+                f'{path} holds another run; give another folder, or continue that run by '
+                f'resuming {path}'
+            )
+        if path.exists() and any(not f.name.endswith(TEMPORARY) for f in path.iterdir()):
+            raise RunFolderError(f'{path} is not empty; give a new or an empty folder')
+    except OSError as error:
+        raise RunFolderError(f'cannot use {path}: {error.strerror}') from None
+
+
 class RunFolder:
     """Writes the files of one run; one process at a time.
 
@@ -93,11 +113,7 @@ class RunFolder:
         ------
         RunFolderError
         """
-        if (path / 'run.json').exists():
-            raise RunFolderError(
-                f'{path} holds another run; give another folder, or continue that run by '
-                f'resuming {path}'
-            )
+        check_new_folder(path)
         content = {
             'version': VERSION,
             'configuration': configuration.as_dict(),
@@ -108,8 +124,6 @@ class RunFolder:
         }
         try:
             path.mkdir(parents=True, exist_ok=True)
-            if any(not file.name.endswith(TEMPORARY) for file in path.iterdir()):
-                raise RunFolderError(f'{path} is not empty; give a new or an empty folder')
             write_whole(path / 'run.json', (json.dumps(content, indent=2) + '\n').encode())
         except OSError as error:
             raise RunFolderError(f'cannot write {path}: {error.strerror}') from None
@@ -137,6 +151,7 @@ class RunFolder:
                 problems.append(str(error))
                 self.log(f'{error}; trying the checkpoint before it')
                 continue
+            checkpoint.drop_old(self.path / 'checkpoint')
             self.log(f'resumed after phase {state.phase}, generation {state.generation}')
             return state
         if problems:
