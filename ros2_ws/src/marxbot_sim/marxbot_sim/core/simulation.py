@@ -1,11 +1,12 @@
-"""Two robots in an arena, tick by tick, with imperfect sensors and motors: what the simulator node runs."""
+"""Two robots in an arena, tick by tick, as imperfect as asked: what the simulator node runs."""
 
 import numpy as np
 
+from .disturbance import PerturbedRobots
 from .drive import dead_reckon
 from .layout import CONTACT
-from .parameters import START_POSES, Arena
-from .perturbations import PerturbedRobot, Perturbations
+from .parameters import PREY_WHEEL_SPEED, Arena
+from .perturbations import Perturbations
 from .physics import make_world
 
 ROBOTS = ('predator', 'prey')
@@ -24,7 +25,8 @@ class Simulation:
     physics : str
         'kinematic' or 'pymunk'.
     perturbations : Perturbations
-        Applied to both robots; each has random streams of its own.
+    max_wheel_speed : float
+        Highest speed of a wheel with a full battery, rad/s.
 
     Attributes
     ----------
@@ -39,11 +41,19 @@ class Simulation:
     wheels : float32 array, shape (2, 2)
         Speeds of the wheels during the last tick, rad/s.
     odometry : list of two tuples
-        x, y in m and heading in rad of each robot by dead reckoning, from 0 at the episode's start.
+        x, y in m and heading in rad of each robot by dead reckoning, from 0 at the episode's
+        start.
     """
 
-    def __init__(self, arena=Arena(), physics='kinematic', perturbations=Perturbations()):  # noqa: B008  frozen
+    def __init__(
+        self,
+        arena=Arena(),
+        physics='kinematic',
+        perturbations=Perturbations(),  # noqa: B008  frozen
+        max_wheel_speed=PREY_WHEEL_SPEED,
+    ):
         self._physics = physics
+        self._max_wheel_speed = max_wheel_speed
         self._world = make_world(physics, arena)
         self.episode = -1
         self.perturb(perturbations)
@@ -55,9 +65,9 @@ class Simulation:
         return self._world.arena
 
     @property
-    def bodies(self):
-        """Float32 of shape (2, 5): x and y in m, cosine and sine of the heading, contact 0 or 1."""
-        return self._world.bodies
+    def poses(self):
+        """Float32 of shape (2, 3): x and y in m, heading in rad."""
+        return self._world.poses
 
     @property
     def contact_forces(self):
@@ -67,31 +77,28 @@ class Simulation:
         """
         if self._physics == 'pymunk':
             return self._world.contact_forces
-        return self.bodies[:, CONTACT] * CONTACT_FORCE
+        return self._world.bodies[:, CONTACT] * CONTACT_FORCE
 
     def perturb(self, perturbations):
-        """Change how imperfect the robots are, from now on."""
-        self._robots = [PerturbedRobot(perturbations, robot) for robot in range(len(ROBOTS))]
-        for robot in self._robots:
-            robot.reset(max(self.episode, 0))
+        """Change how imperfect the robots are, from now on; starts from the next episode on."""
+        self._robots = PerturbedRobots(perturbations, [self._max_wheel_speed] * len(ROBOTS))
+        self._robots.begin(max(self.episode, 0))
 
-    def reset(self, poses=START_POSES):
+    def reset(self, poses=None):
         """Start the next episode.
+
+        Parameters
+        ----------
+        poses : array_like, shape (2, 3), optional
+            x and y in m and heading in rad, of predator and prey; without them the usual start, as
+            far as it is not perturbed.
 
         Raises
         ------
         ValueError
             A robot would stand in a wall, the obstacle or the other robot; nothing changes then.
         """
-        self._world.reset(poses)
-        self.episode += 1
-        self.tick = 0
-        self.captured = False
-        self.wheels = np.zeros((2, 2), np.float32)
-        self.odometry = [(0.0, 0.0, 0.0)] * len(ROBOTS)
-        for robot in self._robots:
-            robot.reset(self.episode)
-        self._sense()
+        self._begin(self._world, poses)
 
     def rebuild(self, arena):
         """Start the next episode in another arena.
@@ -101,9 +108,19 @@ class Simulation:
         ValueError
             The robots' start poses do not fit in it; nothing changes then.
         """
-        world = make_world(self._physics, arena)
+        self._begin(make_world(self._physics, arena), None)
+
+    def _begin(self, world, poses):
+        episode = self.episode + 1
+        world.reset(self._robots.starts(episode) if poses is None else poses)
         self._world = world
-        self.reset()
+        self.episode = episode
+        self.tick = 0
+        self.captured = False
+        self.wheels = np.zeros((2, 2), np.float32)
+        self.odometry = [(0.0, 0.0, 0.0)] * len(ROBOTS)
+        self._robots.begin(episode)
+        self.readings = self._robots.sense(world.readings)
 
     def step(self, commands):
         """Make one tick.
@@ -118,19 +135,12 @@ class Simulation:
         bool
             Whether the prey was captured.
         """
-        self.wheels = np.stack(
-            [robot.drive(command) for robot, command in zip(self._robots, commands, strict=True)]
-        )
-        self.captured = self._world.step(self.wheels)
+        self.wheels, rolling = self._robots.drive(commands)
+        self.captured = self._world.step(rolling)
         self.odometry = [
-            dead_reckon(pose, wheels) for pose, wheels in zip(self.odometry, self.wheels, strict=True)
+            dead_reckon(pose, wheels)
+            for pose, wheels in zip(self.odometry, self.wheels, strict=True)
         ]
         self.tick += 1
-        self._sense()
+        self.readings = self._robots.sense(self._world.readings)
         return self.captured
-
-    def _sense(self):
-        readings = self._world.readings
-        self.readings = np.stack(
-            [robot.sense(reading) for robot, reading in zip(self._robots, readings, strict=True)]
-        )
