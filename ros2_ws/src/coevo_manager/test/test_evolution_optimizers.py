@@ -4,6 +4,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
+
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evolution import optimizers
 from coevo_manager.core.evolution.mutation import BLOCK, mutations

@@ -4,9 +4,11 @@ import csv
 import json
 import random
 import threading
+from itertools import pairwise
 
 import numpy as np
 import pytest
+
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import evaluate_matrix, evaluate_pairs
 from coevo_manager.core.evaluation import LocalEvaluator
@@ -134,7 +136,7 @@ def test_every_algorithm_with_every_optimizer(tmp_path, algorithm, optimizer):
     assert f'{budget.episodes(4):,} episodes' in outcome.report
 
     # Within a phase no agent gets worse.
-    for first, second in zip(generations, generations[1:], strict=False):
+    for first, second in pairwise(generations):
         if first['phase'] == second['phase']:
             for column in ('fitness_mean', 'fitness_min', 'fitness_max'):
                 assert float(second[column]) >= float(first[column])
@@ -301,6 +303,6 @@ def test_a_folder_that_holds_something_is_refused(tmp_path):
         Evolution(configuration, evaluator, tmp_path / 'run')
     with pytest.raises(RunFolderError, match='is not empty'):
         Evolution(configuration, evaluator, tmp_path)
-    with pytest.raises(RunFolderError, match='cannot write .*: Not a directory'):
+    with pytest.raises(RunFolderError, match=r'cannot write .*: Not a directory'):
         Evolution(configuration, evaluator, tmp_path / 'run' / 'run.json' / 'x')
     assert contents(tmp_path) == before

@@ -5,6 +5,9 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.algorithm import Contest
@@ -16,8 +19,6 @@ from coevo_manager.core.evolution.selection import (
     fittest_of_groups,
 )
 from coevo_manager.core.evolution.state import State
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from neuro_controller.core.genome import GENES
 
 N, T = 8, 1000

@@ -161,7 +161,7 @@ class Configuration:
     )
 
     def __post_init__(self) -> None:
-        from coevo_manager.core.evolution import algorithms, optimizers
+        from coevo_manager.core.evolution import algorithms, budget, optimizers
 
         for name, value in self.as_dict().items():
             object.__setattr__(self, name, _check_field(FIELDS[name], value))
@@ -174,9 +174,13 @@ class Configuration:
             raise ValueError(
                 f'selected must not exceed population ({self.population}), got {self.selected}'
             )
-        if self.phases is None and self.episodes is None and self.ticks is None:
-            raise ValueError('phases must be given where neither episodes nor ticks is')
+        if self.replacement == 'evolved' and self.agent_selection != 'distinct':
+            raise ValueError(
+                'agent_selection must be distinct where replacement is evolved, '
+                f'got {self.agent_selection}'
+            )
         algorithm.check(self)
+        budget.check(self)
         self.make_environment()
 
     def make_environment(self) -> Environment:
@@ -267,6 +271,6 @@ def _check_field(field: dataclasses.Field, value: Any) -> Any:
     if number and not isinstance(value, bool) and low <= value <= high:
         return kind(value)
     expected = 'a whole number' if kind is int else 'a number'
-    bounds = f'from {low:g} to {high:g}' if high < math.inf else f'of at least {low:g}'
+    bounds = f'from {low:.10g} to {high:.10g}' if high < math.inf else f'of at least {low:.10g}'
     unit = f' ({limits["unit"]})' if limits['unit'] else ''
     raise ValueError(f'{field.name} must be {expected} {bounds}{unit}, got {value!r}')

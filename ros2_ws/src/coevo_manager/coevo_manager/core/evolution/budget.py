@@ -65,3 +65,18 @@ class Budget:
         if configuration.ticks is not None:
             shares.append(ticks / configuration.ticks)
         return min(max(shares), 1.0)
+
+
+def check(configuration: Configuration) -> None:
+    """Raise ValueError where no budget is given, or one too small for a single generation."""
+    if configuration.phases is configuration.episodes is configuration.ticks is None:
+        raise ValueError('phases must be given where neither episodes nor ticks is')
+    costs = Budget(configuration)
+    least = costs.first + costs.overhead + costs.generation
+    for name, longest in (('episodes', 1), ('ticks', configuration.episode_ticks)):
+        limit = getattr(configuration, name)
+        if limit is not None and limit < least * longest:
+            raise ValueError(
+                f'{name} must be at least {least * longest}, the cost of the first evaluation '
+                f'and one generation, got {limit}'
+            )

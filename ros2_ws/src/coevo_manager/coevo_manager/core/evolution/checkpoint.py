@@ -63,6 +63,11 @@ def save(
     }
     arrays['sha256'] = np.array(_digest(arrays))
     write_whole(folder / f'phase_{state.phase:06d}.npz', npz_bytes(arrays))
+    drop_old(folder)
+
+
+def drop_old(folder: Path) -> None:
+    """Drop all but the last two checkpoints."""
     for old in newest_first(folder)[KEPT:]:
         old.unlink()
 

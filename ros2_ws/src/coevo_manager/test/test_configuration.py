@@ -1,0 +1,117 @@
+"""The configuration: one loader, every wrong value named."""
+
+import dataclasses
+import json
+
+import pytest
+
+from coevo_manager.core.configuration import (
+    FIELDS,
+    PRESETS,
+    Configuration,
+    differences,
+    load_configuration,
+)
+from coevo_manager.core.evolution import algorithms
+
+
+def test_the_paper_preset_is_the_papers():
+    paper = load_configuration({}, 'paper')
+    assert (paper.population, paper.selected) == (80, 10)
+    assert (paper.phases, paper.generations, paper.swap_generations) == (1500, 100, 500)
+    assert paper.mutation_rate == 0.02
+    environment = paper.make_environment()
+    assert (environment.predator_speed, environment.prey_speed) == (8.5, 10.0)
+    assert (environment.episode_ticks, environment.motor_map) == (1000, 'printed')
+    obstacle = load_configuration({'environment': 'obstacle'}, 'paper').make_environment()
+    assert (obstacle.predator_speed, obstacle.obstacle) == (10.0, True)
+
+
+def test_the_defaults_are_the_quick_preset():
+    assert load_configuration({}) == load_configuration({}, 'quick') == Configuration()
+
+
+def test_given_values_replace_those_of_the_preset():
+    configuration = load_configuration({'phases': 3, 'seed': 9}, 'paper')
+    assert (configuration.phases, configuration.seed, configuration.generations) == (3, 9, 100)
+
+
+def test_every_field_is_documented():
+    for name, field in FIELDS.items():
+        assert field.metadata['help'], name
+    for values in PRESETS.values():
+        assert set(values) <= set(FIELDS)
+
+
+@pytest.mark.parametrize('algorithm', algorithms.names())
+@pytest.mark.parametrize('population', [80, 20, 12, 7, 2])
+def test_the_default_of_selected_suits_every_algorithm(algorithm, population):
+    configuration = load_configuration({'algorithm': algorithm, 'population': population})
+    expected = {80: 10, 20: 5, 12: 3, 7: 7, 2: 1}[population]
+    assert configuration.selected == (population if algorithm == 'vanilla' else expected)
+
+
+def test_a_configuration_survives_json():
+    configuration = load_configuration({'prey_speed': 9, 'phases': None, 'ticks': 10**9})
+    assert load_configuration(json.loads(json.dumps(configuration.as_dict()))) == configuration
+    assert isinstance(configuration.prey_speed, float)
+
+
+def test_it_cannot_be_changed():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Configuration().seed = 2
+
+
+def test_differences_are_named():
+    first, second = load_configuration({}), load_configuration({'seed': 7, 'mutation': 'exact'})
+    assert differences(first, second) == ['seed: 1, 7', 'mutation: bernoulli, exact']
+    assert differences(first, first) == []
+
+
+@pytest.mark.parametrize(
+    ('values', 'message'),
+    [
+        ({'sead': 1}, 'unknown configuration key sead; known are algorithm, optimizer, seed'),
+        ({'a': 1, 'b': 2}, 'unknown configuration keys a, b; known'),
+        ({'algorithm': 'best'}, "algorithm must be one of .*standard, vanilla, got 'best'"),
+        ({'optimizer': 'sgd'}, "optimizer must be one of cma_es, .*, got 'sgd'"),
+        ({'environment': 'maze'}, "environment must be one of open, obstacle, got 'maze'"),
+        ({'motor_map': None}, 'motor_map must be one of printed, signed, got None'),
+        ({'seed': -1}, 'seed must be a whole number from 0 to 4294967295, got -1'),
+        ({'seed': 1.5}, 'seed must be a whole number from 0 to 4294967295, got 1.5'),
+        ({'seed': True}, 'seed must be a whole number .*, got True'),
+        ({'population': 1}, r'population must be .* from 2 to 1024 \(individuals\), got 1'),
+        ({'phases': 0}, r'phases must be a whole number of at least 1 \(phases\), got 0'),
+        ({'mutation_rate': 1.1}, 'mutation_rate must be a number from 0 to 1, got 1.1'),
+        ({'mutation_rate': float('nan')}, 'mutation_rate must be .* got nan'),
+        ({'mutation_rate': '0.1'}, "mutation_rate must be a number from 0 to 1, got '0.1'"),
+        ({'prey_speed': 31.0}, r'prey_speed must be .* \(rad/s\), got 31.0'),
+        ({'prey_speed': 0.0}, 'prey_speed .*0.0'),
+        ({'selected': 81}, r'selected must not exceed population \(80\), got 81'),
+        ({'selected': 7}, 'population / selected must be a power of two .*, got 80 / 7'),
+        ({'selected': 16}, 'population / selected must be a power of two .*, got 80 / 16'),
+        (
+            {'algorithm': 'vanilla', 'selected': 10},
+            r'selected must equal population \(80\) in the algorithm vanilla, got 10',
+        ),
+        (
+            {'replacement': 'evolved', 'agent_selection': 'repeated'},
+            'agent_selection must be distinct where replacement is evolved, got repeated',
+        ),
+        ({'phases': None}, 'phases must be given where neither episodes nor ticks is'),
+        (
+            {'episodes': 7000},
+            'episodes must be at least 7300, the cost of the first evaluation and one generation',
+        ),
+        ({'ticks': 7_200_000}, 'ticks must be at least 7300000, the cost'),
+    ],
+)
+def test_a_wrong_value_is_named(values, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        load_configuration(values)
+    assert '\n' not in str(caught.value)
+
+
+def test_an_unknown_preset_is_named():
+    with pytest.raises(ValueError, match="preset must be one of quick, paper, got 'slow'"):
+        load_configuration({}, 'slow')

@@ -1,0 +1,281 @@
+"""Runs that are killed, stopped, damaged or out of space go on as if nothing had happened."""
+
+import multiprocessing
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from coevo_manager.core.configuration import load_configuration
+from coevo_manager.core.evaluation import LocalEvaluator
+from coevo_manager.core.evolution import Evolution, PhaseStats, RunFolderError
+
+VALUES = {
+    'population': 16,
+    'selected': 4,
+    'phases': 12,
+    'generations': 5,
+    'swap_generations': 10,
+    'snapshot_generations': 15,
+    'episode_ticks': 150,
+    'algorithm': 'hall_of_fame',
+}
+
+
+def contents(folder):
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob('*'))
+        if path.is_file() and path.name != 'run.log'
+    }
+
+
+def evaluator_of(configuration):
+    return LocalEvaluator(configuration.make_environment())
+
+
+def run_whole(folder, configuration):
+    assert Evolution(configuration, evaluator_of(configuration), folder).run().finished
+    return contents(folder)
+
+
+def stop_after(folder, configuration, phase):
+    """Run a few phases, as a process that ended there would leave them."""
+
+    def observer(stats):
+        if stats.phase == phase + 1:
+            evolution.stop()
+
+    evolution = Evolution(configuration, evaluator_of(configuration), folder, observer)
+    assert not evolution.run().finished
+
+
+def resume(folder, configuration=None):
+    held = configuration or load_configuration(VALUES)
+    return Evolution.resume(folder, evaluator_of(held), configuration=configuration).run()
+
+
+@pytest.fixture(scope='module')
+def whole(tmp_path_factory):
+    return run_whole(tmp_path_factory.mktemp('whole') / 'run', load_configuration(VALUES))
+
+
+def go_on(folder, configuration, slots):
+    """Start or continue a run."""
+    evaluator = evaluator_of(configuration)
+    evaluator.slots = slots
+    if (folder / 'run.json').exists():
+        evolution = Evolution.resume(folder, evaluator)
+    else:
+        evolution = Evolution(configuration, evaluator, folder)
+    evolution.run()
+
+
+def test_killed_again_and_again(tmp_path):
+    """kill -9 at random moments, till the run is through; in one slot and in three."""
+    configuration = load_configuration({**VALUES, 'phases': 40})
+    expected = run_whole(tmp_path / 'whole', configuration)
+    rng = random.Random(4)
+    for slots in (1, 3):
+        folder = tmp_path / f'killed{slots}'
+        kills = 0
+        ended = None
+        while ended != 0:
+            # Forked, so that the episode kernel is loaded already and the kill hits the run.
+            process = multiprocessing.get_context('fork').Process(
+                target=go_on, args=(folder, configuration, slots)
+            )
+            process.start()
+            process.join(rng.uniform(0.01, 0.15))
+            if process.exitcode is None:
+                process.kill()
+                kills += 1
+            process.join(10)
+            ended = process.exitcode
+            assert ended in (0, -signal.SIGKILL)
+        assert contents(folder) == expected
+        assert kills > 1
+
+
+@pytest.mark.parametrize('phase', [0, 1, 5])
+def test_a_stopped_run_goes_on(tmp_path, whole, phase):
+    stop_after(tmp_path / 'run', load_configuration(VALUES), phase)
+    assert len(list((tmp_path / 'run' / 'checkpoint').iterdir())) == min(phase + 1, 2)
+    assert resume(tmp_path / 'run').finished
+    assert contents(tmp_path / 'run') == whole
+
+
+def test_a_run_ended_before_its_first_checkpoint_goes_on(tmp_path, whole):
+    configuration = load_configuration(VALUES)
+    evolution = Evolution(configuration, evaluator_of(configuration), tmp_path / 'run')
+    evolution.stop()
+    assert not evolution.run().finished
+    assert resume(tmp_path / 'run').finished
+    assert contents(tmp_path / 'run') == whole
+
+
+def test_a_finished_run_stays_as_it_is(tmp_path, whole):
+    run_whole(tmp_path / 'run', load_configuration(VALUES))
+    assert resume(tmp_path / 'run').finished
+    assert contents(tmp_path / 'run') == whole
+
+
+def truncate(path):
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+
+
+def empty(path):
+    path.write_bytes(b'')
+
+
+def flip_a_gene(path):
+    """Change the content and keep the archive's own checksums right."""
+    with np.load(path) as file:
+        arrays = dict(file)
+    arrays['predators'][3, 100] += 1
+    with path.open('wb') as file:
+        np.savez(file, **arrays)
+
+
+def flip_a_bit(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize('damage', [truncate, empty, flip_a_gene, flip_a_bit])
+def test_a_damaged_checkpoint_is_passed_over(tmp_path, whole, damage):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 5)
+    damage(folder / 'checkpoint' / 'phase_000005.npz')
+    assert resume(folder).finished
+    assert contents(folder) == whole
+    log = (folder / 'run.log').read_text()
+    assert 'phase_000005.npz is damaged' in log
+    assert 'resumed after phase 4, generation 20' in log
+
+
+def test_a_pickle_is_never_loaded(tmp_path):
+    class Trap:
+        def __reduce__(self):
+            return Path.touch, (tmp_path / 'sprung',)
+
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 2)
+    for path in (folder / 'checkpoint').iterdir():
+        np.savez(path, version=np.array([Trap()], object), sha256=np.array([Trap()], object))
+    with pytest.raises(RunFolderError, match=r'no sound checkpoint left: .* is damaged'):
+        resume(folder)
+    assert not (tmp_path / 'sprung').exists()
+
+
+def test_without_any_sound_checkpoint_nothing_is_touched(tmp_path):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 2)
+    for path in (folder / 'checkpoint').iterdir():
+        truncate(path)
+    before = contents(folder)
+    with pytest.raises(RunFolderError, match=r'no sound checkpoint left: .*; .*'):
+        resume(folder)
+    assert contents(folder) == before
+
+
+def test_a_log_shorter_than_the_checkpoint_says(tmp_path):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 5)
+    truncate(folder / 'generations.csv')
+    with pytest.raises(RunFolderError, match=r'generations\.csv is shorter'):
+        resume(folder)
+
+
+def test_another_configuration_is_refused(tmp_path):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 1)
+    before = contents(folder)
+    with pytest.raises(RunFolderError, match=r'\(there, here\): seed: 1, 2; mutation_rate: 0.02'):
+        resume(folder, load_configuration({**VALUES, 'seed': 2, 'mutation_rate': 0.05}))
+    assert contents(folder) == before
+
+
+def test_a_checkpoint_of_another_run_is_refused(tmp_path):
+    other, folder = tmp_path / 'other', tmp_path / 'run'
+    stop_after(other, load_configuration({**VALUES, 'seed': 2}), 3)
+    stop_after(folder, load_configuration(VALUES), 1)
+    for path in (other / 'checkpoint').iterdir():
+        (folder / 'checkpoint' / path.name).write_bytes(path.read_bytes())
+    assert resume(folder).finished
+    log = (folder / 'run.log').read_text()
+    assert log.count('belongs to a run of another configuration') == 2
+    assert 'resumed after phase 1,' in log
+
+
+@pytest.mark.parametrize('content', [None, 'nonsense', '{}', '{"version": 9}', '[]'])
+def test_a_folder_without_a_run_is_refused(tmp_path, content):
+    if content is not None:
+        (tmp_path / 'run.json').write_text(content)
+    with pytest.raises(RunFolderError, match=r'holds no run|cannot be read'):
+        resume(tmp_path)
+
+
+def test_two_processes_do_not_share_a_folder(tmp_path):
+    folder = tmp_path / 'run'
+    configuration = load_configuration({**VALUES, 'phases': 100_000})
+    run_in_use = Evolution(configuration, evaluator_of(configuration), folder)
+    code = f"""
+from coevo_manager.core.configuration import load_configuration
+from coevo_manager.core.evaluation import LocalEvaluator
+from coevo_manager.core.evolution import Evolution
+environment = load_configuration({VALUES}).make_environment()
+Evolution.resume({str(folder)!r}, LocalEvaluator(environment))
+"""
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(p for p in sys.path if p)}
+    other = subprocess.run(
+        [sys.executable, '-c', code], env=environment, capture_output=True, text=True, timeout=60
+    )
+    assert f'another process is running in {folder}' in other.stderr
+    run_in_use.stop()
+    run_in_use.run()
+    resumed = Evolution.resume(folder, evaluator_of(configuration))
+    resumed.stop()
+    assert not resumed.run().finished
+
+
+@pytest.fixture
+def file_size_limit():
+    """Let no file of this process grow beyond a size; as on a full disk, writing fails."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    signal.signal(signal.SIGXFSZ, handler)
+
+
+@pytest.mark.parametrize(
+    ('victim', 'phase', 'size'),
+    [
+        ('checkpoint', 3, 40_000),
+        ('snapshots/gen_000015.npz', 2, 40_000),
+        ('generations.csv', 2, 800),
+    ],
+)
+def test_a_full_disk_loses_nothing(tmp_path, whole, file_size_limit, victim, phase, size):
+    folder = tmp_path / 'run'
+    configuration = load_configuration(VALUES)
+
+    def observer(stats):
+        if isinstance(stats, PhaseStats) and stats.phase == phase:
+            file_size_limit(size)
+
+    evolution = Evolution(configuration, evaluator_of(configuration), folder, observer)
+    with pytest.raises(RunFolderError, match=rf'cannot write .*{victim}: File too large; every'):
+        evolution.run()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    assert not list(folder.rglob('*.partial'))
+    assert resume(folder).finished
+    assert contents(folder) == whole
