@@ -1,0 +1,83 @@
+"""The executable evolve: co-evolution from the command line."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from coevo_manager.core.evolution import RunFolderError
+from coevo_manager.evaluator_pool import EvaluationError
+from coevo_manager.evolve_options import Options, read_options
+from coevo_manager.run import Plan, Run, make_plan
+from coevo_manager.run_display import make_display
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the executable ``evolve``.
+
+    Returns
+    -------
+    int
+        Exit code: 0 when the run is complete, 2 for bad input, 1 when it failed, and 128 and the
+        signal's number when a signal ended it.
+    """
+    command_line = list(sys.argv if arguments is None else ['evolve', *arguments])
+    try:
+        options = read_options(remove_ros_args(command_line)[1:])
+        plan = make_plan(options.values, options.preset, options.out, options.resume)
+    except (ValueError, RunFolderError) as error:
+        print(f'evolve: {error}', file=sys.stderr)
+        return 2
+    # Events are shown by the display; rosout and the log file get them as well.
+    rclpy.init(
+        args=[*command_line, '--ros-args', '--disable-stdout-logs'],
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
+    try:
+        return _evolve(plan, options)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _evolve(plan: Plan, options: Options) -> int:
+    node = rclpy.create_node('evolve', start_parameter_services=False)
+    display = make_display(plan.configuration)
+    run = Run(node, plan, display.status, display.event, options.evaluators, options.patience)
+    received: list[int] = []
+
+    def on_signal(number: int, _) -> None:
+        received.append(number)
+        run.stop()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, on_signal)
+    try:
+        with display:
+            display.event(f'evolving into {plan.folder}')
+            outcome = run.run()
+    except EvaluationError as error:
+        print(f'evolve: {error}', file=sys.stderr)
+        return 2
+    except RunFolderError as error:
+        print(f'evolve: {error}', file=sys.stderr)
+        return 1
+    finally:
+        node.destroy_node()
+    if outcome.finished:
+        display.report(outcome.report)
+        display.event(f'The run is in {outcome.folder}')
+        return 0
+    if (outcome.folder / 'run.json').exists():
+        display.event(f'stopped; go on with: evolve --resume {outcome.folder}')
+    else:
+        display.event('stopped before the run began')
+    return 128 + received[0]
+
+
+if __name__ == '__main__':
+    sys.exit(main())
