@@ -1,6 +1,7 @@
 """Sixteen float32 lanes as one value, and elementary functions over them."""
 
 from . import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
+from .cache import compile_kernel
 from .functions import (
     arcsine,
     arctan2,
@@ -41,6 +42,7 @@ __all__ = [
     'any_lane',
     'arcsine',
     'arctan2',
+    'compile_kernel',
     'copy_sign',
     'cosine',
     'fma',

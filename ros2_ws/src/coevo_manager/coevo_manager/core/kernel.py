@@ -7,7 +7,7 @@ from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
 from neuro_controller.core.genome import GENES, HIDDEN, HIDDEN_BIASES
 from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, RECALL, TICKS, control
-from simd_lanes import HALF, absolute, lane_bits, load, store
+from simd_lanes import HALF, absolute, compile_kernel, lane_bits, load, store
 
 IDLE = -1
 """In `lane_episode`: no episode runs in this pair of lanes."""
@@ -54,7 +54,7 @@ def _start_episode(lane, genome, start, bodies, weights, memory, complexity):
         complexity[row, lane] = 0.0
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def run_episodes(
     lane_episode,
     clock,

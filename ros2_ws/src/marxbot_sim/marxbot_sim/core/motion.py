@@ -27,9 +27,7 @@ from .parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, WHEEL_RADIUS, WHEEL_
 _METRES_PER_SPEED = 0.5 * WHEEL_RADIUS * TICK
 _HALF_TURN_PER_SPEED = 0.5 * WHEEL_RADIUS / WHEEL_SEPARATION * TICK
 _OBSTACLE_CLEARANCE = OBSTACLE_RADIUS + BODY_RADIUS
-_HELD_AT = (
-    _OBSTACLE_CLEARANCE + 1e-7
-)  # so that rounding alone is not felt as contact in the next tick
+_HELD_AT = _OBSTACLE_CLEARANCE + 1e-7  # else rounding would be felt as contact in the next tick
 _TOUCH_SQUARED = (2.0 * BODY_RADIUS) ** 2
 
 

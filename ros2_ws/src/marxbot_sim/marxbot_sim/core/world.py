@@ -2,10 +2,9 @@
 
 import math
 
-import numba
 import numpy as np
 
-from simd_lanes import HALF, aligned_rows, lane_bits
+from simd_lanes import HALF, aligned_rows, compile_kernel, lane_bits
 
 from .layout import (
     ARENA_ROWS,
@@ -30,12 +29,12 @@ ROBOT_LANES = (0, HALF)
 """The lanes of the two robots of episode 0."""
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _sense(bodies, arena, obstacle, readings):
     sense(bodies, arena, obstacle, readings)
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _move(bodies, wheels, arena, obstacle):
     return lane_bits(move(bodies, wheels, arena, obstacle))
 

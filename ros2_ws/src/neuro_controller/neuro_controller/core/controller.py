@@ -2,10 +2,9 @@
 
 import math
 
-import numba
 import numpy as np
 
-from simd_lanes import aligned_rows
+from simd_lanes import aligned_rows, compile_kernel
 
 from .genome import GENES, HIDDEN, OUTPUTS, SENSORS, check_genomes, weights_of
 from .network import (
@@ -31,12 +30,12 @@ MAX_WHEEL_SPEED = 30.0
 2**-16 up to there."""
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _recall(weights, memory):
     recall(weights, memory)
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _control(readings, weights, settings, memory, history, slot, inputs, wheels):
     control(readings, weights, settings, memory, history, slot, inputs, wheels)
 

@@ -1,0 +1,59 @@
+"""Kernels compiled once per machine: a cache on disk that no change of a source outlives."""
+
+import hashlib
+import inspect
+from pathlib import Path
+
+import numba
+from numba.core.caching import FunctionCache
+
+
+def compile_kernel(function):
+    """Compile a function that Python calls, without the GIL, and keep the result on disk.
+
+    Numba's own cache looks only at the file of the function itself. This one also looks at every
+    other source in the folders of the functions that it calls, directly or not, so a changed
+    constant or callee is compiled again. Several processes may compile and load at once.
+
+    Parameters
+    ----------
+    function : callable
+        What ``numba.njit`` takes.
+
+    Returns
+    -------
+    callable
+        The compiled function; the function itself where ``NUMBA_DISABLE_JIT`` is set.
+    """
+    dispatcher = numba.njit(nogil=True)(function)
+    if not numba.config.DISABLE_JIT:
+        dispatcher._cache = _KernelCache(function)
+    return dispatcher
+
+
+class _KernelCache(FunctionCache):
+    """Numba's cache of one function, valid for one state of all sources that it depends on."""
+
+    def __init__(self, function):
+        super().__init__(function)
+        self._cache_file._source_stamp = _stamp(function)
+
+
+def _stamp(function):
+    digest = hashlib.sha256()
+    for folder in sorted(_folders(function, set())):
+        for source in sorted(folder.glob('*.py')):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def _folders(function, visited):
+    """Return the folders of a function's source and of those of all functions that it calls."""
+    visited.add(function)
+    folders = {Path(inspect.getfile(function)).parent}
+    for name in function.__code__.co_names:
+        callee = function.__globals__.get(name)
+        callee = getattr(callee, 'py_func', callee)
+        if inspect.isfunction(callee) and callee not in visited:
+            folders |= _folders(callee, visited)
+    return folders
