@@ -7,7 +7,7 @@ from rclpy.duration import Duration
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from marxbot_sim.core.layout import CAMERA, COSINE, GROUND, INFRARED, SINE, X, Y
+from marxbot_sim.core.layout import CAMERA, GROUND, INFRARED
 from marxbot_sim.core.parameters import (
     BODY_RADIUS,
     CAMERA_SECTORS,
@@ -21,7 +21,7 @@ BODY_HEIGHT = 0.12
 """Height at which the bodies are drawn, m."""
 
 _SECTOR_RADIUS = 0.3
-_ARC_STEPS = 4
+_ARC_STEPS = 2
 
 
 def _point(radius, angle, height=0.0):
@@ -70,11 +70,12 @@ class _RobotMarkers:
         self._seen = seen
         self.markers = [body, ring, heading, self._rays, self._sectors]
 
-    def update(self, stamp, body, readings):
-        orientation = yaw_quaternion(math.atan2(body[SINE], body[COSINE]))
+    def update(self, stamp, pose, readings):
+        x, y, heading = map(float, pose)
+        orientation = yaw_quaternion(heading)
         for marker in self.markers:
             marker.header.stamp = stamp
-            marker.pose.position.x, marker.pose.position.y = float(body[X]), float(body[Y])
+            marker.pose.position.x, marker.pose.position.y = x, y
             marker.pose.orientation = orientation
         colors = []
         for distance in readings[INFRARED:CAMERA]:
@@ -96,14 +97,15 @@ class ArenaMarkers:
     def __init__(self):
         self._robots = [_RobotMarkers(robot, number) for number, robot in enumerate(LED_COLORS, start=1)]
 
-    def message(self, stamp, arena, bodies, readings):
+    def message(self, stamp, arena, poses, readings):
         """Return the markers of the present state.
 
         Parameters
         ----------
         stamp : builtin_interfaces.msg.Time
         arena : marxbot_sim.core.parameters.Arena
-        bodies : float32 array, shape (2, 5)
+        poses : float32 array, shape (2, 3)
+            x and y in m, heading in rad.
         readings : float32 array, shape (2, 37)
         """
         half = arena.size / 2
@@ -124,6 +126,6 @@ class ArenaMarkers:
         static = [floor, walls, obstacle]
         for marker in static:
             marker.header.stamp = stamp
-        for robot, body, reading in zip(self._robots, bodies, readings, strict=True):
-            robot.update(stamp, body, reading)
+        for robot, pose, reading in zip(self._robots, poses, readings, strict=True):
+            robot.update(stamp, pose, reading)
         return MarkerArray(markers=static + [m for robot in self._robots for m in robot.markers])

@@ -45,7 +45,7 @@ class Monitor:
         for robot, count in zip(ROBOTS, self._refused, strict=True):
             values[f'refused commands of {robot}'] = str(count)
         report = DiagnosticArray()
-        report.header.stamp = Clock().now().to_msg()
+        report.header.stamp = self._node.stamp
         report.status = [
             DiagnosticStatus(
                 level=level,

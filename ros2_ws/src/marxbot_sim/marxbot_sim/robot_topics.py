@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import ColorRGBA, String
 
 from marxbot_sim.core.drive import body_speeds
-from marxbot_sim.core.layout import CAMERA, COSINE, GROUND, INFRARED, SINE, TOUCH, X, Y
+from marxbot_sim.core.layout import CAMERA, GROUND, INFRARED, TOUCH
 from marxbot_sim.core.parameters import INFRARED_RANGE, INFRARED_RAYS, TICK
 
 LED_COLORS = {'predator': (1.0, 0.0, 0.0), 'prey': (0.0, 1.0, 0.0)}
@@ -47,7 +47,7 @@ class RobotTopics:
             return node.create_publisher(message_type, f'{robot}/{topic}', qos_profile_sensor_data)
 
         def state(message_type, topic):
-            return node.create_publisher(message_type, f'{robot}/{topic}', 10)
+            return node.create_publisher(message_type, f'{robot}/{topic}', 100)
 
         self.base_frame = f'{robot}/base_link'
         self.odom_frame = f'{robot}/odom'
@@ -109,14 +109,14 @@ class RobotTopics:
             message.header.stamp = stamp
             publisher.publish(message)
 
-    def publish_state(self, stamp, body, odometry, wheels, tick):
+    def publish_state(self, stamp, pose, odometry, wheels, tick):
         """Publish where the robot is and believes to be.
 
         Parameters
         ----------
         stamp : builtin_interfaces.msg.Time
-        body : float32 array, shape (5,)
-            x and y in m, cosine and sine of the heading, contact.
+        pose : float32 array, shape (3,)
+            x and y in m and heading in rad in the map.
         odometry : tuple of float
             x and y in m and heading in rad by dead reckoning.
         wheels : float32 array, shape (2,)
@@ -126,15 +126,14 @@ class RobotTopics:
         """
         linear, angular = body_speeds(wheels)
         self._angles = self._angles + wheels * TICK if tick else np.zeros(2)
-        heading = math.atan2(body[SINE], body[COSINE])
         for publisher, message, (x, y, yaw) in (
             (self._odom, self._odom_message, odometry),
-            (self._ground_truth, self._truth_message, (body[X], body[Y], heading)),
+            (self._ground_truth, self._truth_message, map(float, pose)),
         ):
             if publisher.get_subscription_count():
                 message.header.stamp = stamp
-                message.pose.pose.position.x = float(x)
-                message.pose.pose.position.y = float(y)
+                message.pose.pose.position.x = x
+                message.pose.pose.position.y = y
                 message.pose.pose.orientation = yaw_quaternion(yaw)
                 message.twist.twist.linear.x = linear
                 message.twist.twist.angular.z = angular

@@ -68,6 +68,7 @@ class Simulator(Node):
             Arena(**self._group('arena', Arena)),
             self._value('physics'),
             Perturbations(**self._group('perturbations', Perturbations)),
+            self._value('max_wheel_speed'),
         )
         self._lockstep = self._value('lockstep')
         self._stamped = self._value('stamped_cmd_vel')
@@ -77,9 +78,9 @@ class Simulator(Node):
 
         share = Path(get_package_share_directory('marxbot_sim'))
         description = (share / 'urdf' / 'marxbot.urdf').read_text(encoding='utf-8')
-        self._clock_publisher = self.create_publisher(ClockMessage, '/clock', 10)
+        self._clock_publisher = self.create_publisher(ClockMessage, '/clock', 100)
         self._state_publisher = self.create_publisher(ArenaState, 'arena/state', _STATE_QOS)
-        self._markers_publisher = self.create_publisher(MarkerArray, 'arena/markers', 10)
+        self._markers_publisher = self.create_publisher(MarkerArray, 'arena/markers', 100)
         self._robots = [RobotTopics(self, robot, description) for robot in ROBOTS]
         self._transforms = Transforms(self)
         self._markers = ArenaMarkers()
@@ -179,7 +180,7 @@ class Simulator(Node):
         if self._lockstep:
             if not self._sensors_published or number in self._answered:
                 return
-            if stamp is not None and stamp != self._stamp:
+            if stamp is not None and stamp != self.stamp:
                 self._warn(f'{ROBOTS[number]}: ignored a command that answers other readings than the present')
                 return
         try:
@@ -220,6 +221,7 @@ class Simulator(Node):
         self._command_ticks = [0, 0]
         self._sensors_published = False
         self._answered = set()
+        self._publish_clock()
         self._publish_state()
         self._go_on()
 
@@ -247,7 +249,7 @@ class Simulator(Node):
         self._answered.clear()
         episode_ticks = self._value('episode_ticks')
         self._ended = captured or 0 < episode_ticks <= self._simulation.tick
-        self._stamp = _stamp(self._simulation.tick)
+        self._publish_clock()
         if self._running:
             self._publish_sensors()
         self._publish_state()
@@ -258,26 +260,28 @@ class Simulator(Node):
                 self._simulation.reset()
                 self._begin()
 
+    def _publish_clock(self):
+        self.stamp = _stamp(self._simulation.tick)
+        self._clock_publisher.publish(ClockMessage(clock=self.stamp))
+
     def _publish_sensors(self):
         self._sensors_published = True
         self._published_at = time.monotonic()
         readings, forces = self._simulation.readings, self._simulation.contact_forces
         for robot, reading, force in zip(self._robots, readings, forces, strict=True):
-            robot.publish_sensors(self._stamp, reading, force)
+            robot.publish_sensors(self.stamp, reading, force)
 
     def _publish_state(self):
         simulation = self._simulation
-        self._stamp = _stamp(simulation.tick)
-        self._clock_publisher.publish(ClockMessage(clock=self._stamp))
-        bodies = simulation.bodies
+        poses = simulation.poses
         for number, robot in enumerate(self._robots):
             robot.publish_state(
-                self._stamp, bodies[number], simulation.odometry[number], simulation.wheels[number], simulation.tick
+                self.stamp, poses[number], simulation.odometry[number], simulation.wheels[number], simulation.tick
             )
-        self._transforms.publish(self._stamp, self._robots, bodies, simulation.odometry)
+        self._transforms.publish(self.stamp, self._robots, poses, simulation.odometry)
         if self._markers_publisher.get_subscription_count():
             self._markers_publisher.publish(
-                self._markers.message(self._stamp, simulation.arena, bodies, simulation.readings)
+                self._markers.message(self.stamp, simulation.arena, poses, simulation.readings)
             )
         self._publish_arena_state()
 
@@ -292,7 +296,7 @@ class Simulator(Node):
             size=simulation.arena.size,
             obstacle=simulation.arena.obstacle,
         )
-        message.header.stamp = self._stamp
+        message.header.stamp = self.stamp
         message.header.frame_id = 'map'
         self._state_publisher.publish(message)
 

@@ -5,7 +5,6 @@ import math
 from geometry_msgs.msg import TransformStamped
 from rclpy.qos import QoSProfile
 
-from marxbot_sim.core.layout import COSINE, SINE, X, Y
 from marxbot_sim.robot_topics import yaw_quaternion
 
 try:
@@ -24,21 +23,21 @@ def transform(stamp, parent, child, x, y, yaw):
     return message
 
 
-def map_to_odom(body, odometry):
+def map_to_odom(pose, odometry):
     """Return x, y, yaw of the odom frame in the map, from where the robot is and believes to be.
 
     Parameters
     ----------
-    body : array_like, shape (5,)
-        x and y in m, cosine and sine of the heading, contact.
+    pose : array_like, shape (3,)
+        x and y in m and heading in rad in the map.
     odometry : tuple of float
         x and y in m and heading in rad in the odom frame.
     """
     x, y, heading = odometry
-    yaw = math.atan2(body[SINE], body[COSINE]) - heading
+    yaw = float(pose[2]) - heading
     return (
-        float(body[X]) - (math.cos(yaw) * x - math.sin(yaw) * y),
-        float(body[Y]) - (math.sin(yaw) * x + math.cos(yaw) * y),
+        float(pose[0]) - (math.cos(yaw) * x - math.sin(yaw) * y),
+        float(pose[1]) - (math.sin(yaw) * x + math.cos(yaw) * y),
         yaw,
     )
 
@@ -51,14 +50,14 @@ class Transforms:
         if TFMessage is not None:
             self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=100))
 
-    def publish(self, stamp, robots, bodies, odometry):
+    def publish(self, stamp, robots, poses, odometry):
         """Publish both robots' transforms."""
         if self._publisher is None or not self._publisher.get_subscription_count():
             return
         message = TFMessage()
-        for robot, body, reckoned in zip(robots, bodies, odometry, strict=True):
+        for robot, pose, reckoned in zip(robots, poses, odometry, strict=True):
             message.transforms.append(
-                transform(stamp, 'map', robot.odom_frame, *map_to_odom(body, reckoned))
+                transform(stamp, 'map', robot.odom_frame, *map_to_odom(pose, reckoned))
             )
             message.transforms.append(
                 transform(stamp, robot.odom_frame, robot.base_frame, *reckoned)

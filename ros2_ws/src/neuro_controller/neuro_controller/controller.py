@@ -30,6 +30,8 @@ from neuro_controller.sensors import Sensors
 LOG_PERIOD = 5.0
 """Shortest time between two equal complaints in the log, s."""
 
+TRIGGERS = ('timer', 'sensors')
+
 _NETWORK = {
     'max_wheel_speed': (10.0, 'wheel speed at full effort, rad/s: 8.5 or 10 in the paper'),
     'motor_map': ('printed', "'printed' (forward only) or 'signed' (can back up)"),
@@ -39,7 +41,10 @@ _FIXED = {
     'genome_server': ('', 'name of a node that holds genomes as parameters, such as /genome_server'),
     'champion': ('', 'parameter of genome_server to fetch the genome from, such as predator'),
     'autostart': (False, 'configure and activate as soon as there is a genome'),
-    'lockstep': (False, 'step when a complete set of readings with one stamp came, not every 0.1 s'),
+    'trigger': (
+        'timer',
+        "when to step: 'timer', every 0.1 s; or 'sensors', for each complete set of readings with one stamp",
+    ),
     'stamped_cmd_vel': (False, 'publish TwistStamped on cmd_vel instead of Twist'),
     'sensor_timeout': (0.5, 's without a good message of a sensor after which the robot is stopped'),
     'contact_threshold': (0.5, 'traction force above which the robot counts as in contact, N'),
@@ -60,8 +65,10 @@ class ControllerNode(LifecycleNode):
     def __init__(self):
         super().__init__('controller')
         self._declare_parameters()
-        self._lockstep = self._value('lockstep')
+        self._on_sensors = self._value('trigger') == 'sensors'
         self._timeout = self._value('sensor_timeout')
+        if self._value('trigger') not in TRIGGERS:
+            raise ValueError(f'trigger is {self._value("trigger")!r}, expected one of {", ".join(TRIGGERS)}')
         for name in ('sensor_timeout', 'wheel_radius', 'wheel_separation'):
             if not self._value(name) > 0:
                 raise ValueError(f'{name} is {self._value(name)}, expected a number above 0')
@@ -76,7 +83,7 @@ class ControllerNode(LifecycleNode):
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/reset', self._on_reset)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._step_clock = steady if self._lockstep else self.get_clock()
+        self._step_clock = steady if self._on_sensors else self.get_clock()
         self.create_timer(1.0, self._report, clock=steady)
         self._jump_handle = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False),
@@ -238,7 +245,7 @@ class ControllerNode(LifecycleNode):
 
     def _on_time_jump(self, _):
         """Simulated time went back: a new episode."""
-        if self._active and not self._lockstep:
+        if self._active and not self._on_sensors:
             self._begin()
 
     def _on_reset(self, _, response):
@@ -259,7 +266,7 @@ class ControllerNode(LifecycleNode):
             self._refused = str(error)
             self._warn(f'message ignored: {error}')
             return
-        if self._lockstep:
+        if self._on_sensors:
             stamp = self._sensors.common_stamp()
             if stamp is not None:
                 self._trouble = ''
@@ -267,7 +274,7 @@ class ControllerNode(LifecycleNode):
                 self._publish_command(stamp)
 
     def _on_timer(self):
-        """Stop the robot when a sensor is silent; otherwise, unless in lockstep, step."""
+        """Stop the robot when a sensor is silent; otherwise, unless the sensors trigger steps, step."""
         if not self._active:
             return
         now = self._now()
@@ -275,7 +282,7 @@ class ControllerNode(LifecycleNode):
         if silent:
             if now - self._began > self._timeout:
                 self._stop_without(silent)
-        elif not self._lockstep:
+        elif not self._on_sensors:
             if self._trouble:
                 self.get_logger().info('goes on: all sensors are back')
             self._trouble = ''
@@ -283,13 +290,13 @@ class ControllerNode(LifecycleNode):
             self._publish_command(self.get_clock().now().to_msg())
 
     def _stop_without(self, silent):
-        """Stop the robot, saying which sensors are missing; in lockstep once, else again and again."""
+        """Stop the robot, saying which sensors are missing; on the timer again and again."""
         first = not self._trouble
         self._trouble = f'no {" and no ".join(silent)} for {self._timeout:g} s'
         if self._refused:
             self._trouble += f' (last refused: {self._refused})'
         self._warn(f'robot stopped: {self._trouble}')
-        if first or not self._lockstep:
+        if first or not self._on_sensors:
             self._pilot.stop()
             self._publish_command(self.get_clock().now().to_msg())
 

@@ -1,0 +1,323 @@
+"""Playing episodes over topics: a simulator and two controllers in processes of their own."""
+
+import math
+import os
+import tempfile
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from marxbot_msgs.srv import Step
+from marxbot_sim.core.drive import wheel_speeds
+from marxbot_sim.core.parameters import TICK
+from marxbot_sim.core.simulation import ROBOTS
+from node_runner import call, make_executor, wait_until
+from node_runner.children import Children
+from rcl_interfaces.srv import SetParameters
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
+
+from coevo_manager.core.environment import Environment
+from coevo_manager.recorder import COMMANDS, GROUND_TRUTH, Recorder
+
+START_TIMEOUT = 60.0
+"""How long the processes may take to start, s; the first time, kernels are compiled."""
+
+CHUNK = 10
+"""Ticks that the simulator makes at a stretch in lockstep: their messages must fit the shared memory
+of the transport (512 KB), or some would be lost."""
+
+TICK_TIMEOUT = 30.0
+"""How long to wait for any progress, s."""
+
+ATTEMPTS = 3
+"""How often an episode is played until every message of it has been received."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode as it was seen on topics.
+
+    Attributes
+    ----------
+    ticks : int
+        Tick at which it ended.
+    captured : bool
+        Whether the prey was captured then.
+    poses : float32 array, shape (ticks + 1, 2, 3)
+        x and y in m and heading in rad of predator and prey, from the ground truth.
+    wheels : float32 array, shape (ticks, 2, 2)
+        Commanded speeds of left and right wheel, rad/s.
+    seconds : float
+        Real time it took, s.
+    """
+
+    ticks: int
+    captured: bool
+    poses: np.ndarray
+    wheels: np.ndarray
+    seconds: float
+
+
+class EpisodePlayer:
+    """Starts a simulator and two controllers and plays episodes with them, one after the other.
+
+    To be used as a context manager; leaving it ends the processes.
+
+    Parameters
+    ----------
+    environment : Environment
+    real_time_factor : float
+        Simulated over real time; 0 plays in lockstep, as fast as possible, and then every episode
+        equals the headless one bit for bit.
+    namespace : str
+        Namespace of all topics and nodes; None takes one that nothing else uses.
+    node_name : str
+        Name of this side's node.
+
+    Raises
+    ------
+    ValueError
+        The pace is out of its range.
+    TimeoutError
+        The processes did not start.
+    """
+
+    def __init__(
+        self,
+        environment=Environment(),  # noqa: B008  frozen
+        real_time_factor=0.0,
+        namespace=None,
+        node_name='episode_player',
+    ):
+        if not 0 <= real_time_factor < math.inf:
+            raise ValueError(
+                f'real_time_factor is {real_time_factor}, expected a finite number, 0 or more'
+            )
+        self._environment = environment
+        self._lockstep = real_time_factor == 0
+        self._pace = real_time_factor or 1.0
+        self.namespace = f'/episode_{os.getpid()}_{id(self):x}' if namespace is None else namespace
+        self._prefix = self.namespace.rstrip('/')
+        self._node_name = node_name
+
+    def __enter__(self):
+        self._log = tempfile.TemporaryFile('w+')
+        self._children = Children()
+        self._node = Node(self._node_name, namespace=self.namespace, start_parameter_services=False)
+        self._executor = make_executor(self._node)
+        try:
+            self._start_processes()
+            self._make_clients()
+            self._recorder = None
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        self._children.end()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._log.close()
+
+    # Processes
+
+    def _start_processes(self):
+        remaps = []
+        for topic in ('clock', 'tf', 'diagnostics'):
+            remaps += ['-r', f'/{topic}:={self._prefix}/{topic}']
+        environment = self._environment
+        self._start('marxbot_sim', 'simulator', self.namespace, remaps, {
+            'lockstep': self._lockstep,
+            'real_time_factor': self._pace,
+            'paused': True,
+            'episode_ticks': environment.episode_ticks,
+            'stamped_cmd_vel': True,
+            'physics': environment.physics,
+            'arena.obstacle': environment.obstacle,
+            'arena.wall_friction': environment.wall_friction,
+            'max_wheel_speed': max(environment.max_wheel_speeds),
+        })
+        for robot, speed in zip(ROBOTS, environment.max_wheel_speeds, strict=True):
+            self._start('neuro_controller', 'controller', f'{self._prefix}/{robot}', remaps, {
+                'trigger': 'sensors',
+                'stamped_cmd_vel': True,
+                'sensor_timeout': TICK_TIMEOUT,
+                'max_wheel_speed': speed,
+                'motor_map': environment.motor_map,
+                'episode_ticks': environment.episode_ticks,
+            })
+
+    def _start(self, package, executable, namespace, remaps, parameters):
+        arguments = ['--ros-args', '-r', f'__ns:={namespace or "/"}', *remaps]
+        for name, value in parameters.items():
+            text = str(value).lower() if isinstance(value, bool) else value
+            if isinstance(value, float):
+                text = f'{value!r}'
+            arguments += ['-p', f'{name}:={text}']
+        self._children.start(package, executable, arguments, stdout=self._log, stderr=self._log)
+
+    def _check_processes(self):
+        if self._children.ended():
+            self._log.seek(0)
+            tail = self._log.read().strip().splitlines()[-1:]
+            raise RuntimeError(f'a process of the episode ended: {" ".join(tail) or "no output"}')
+        return True
+
+    def _wait(self, condition, timeout, what):
+        wait_until(self._executor, lambda: self._check_processes() and condition(), timeout, what)
+
+    def _call(self, client, request, timeout=START_TIMEOUT):
+        self._wait(client.service_is_ready, timeout, f'the start of {client.srv_name}')
+        return call(self._executor, client, request, timeout)
+
+    def _make_clients(self):
+        def client(service_type, name):
+            return self._node.create_client(service_type, f'{self._prefix}/{name}')
+
+        self._reset = client(Trigger, 'simulator/reset')
+        self._step = client(Step, 'simulator/step')
+        self._parameters = [
+            client(SetParameters, f'{robot}/controller/set_parameters') for robot in ROBOTS
+        ]
+        self._states = [client(ChangeState, f'{robot}/controller/change_state') for robot in ROBOTS]
+
+    # Episodes
+
+    def play(self, predator, prey, bag=None, on_progress=lambda tick, poses: None):
+        """Play one episode.
+
+        Parameters
+        ----------
+        predator, prey : array_like, shape (442,)
+            Genomes.
+        bag : BagWriter or None
+            Where to write every message.
+        on_progress : callable
+            Called now and then with the tick and the poses, shape (2, 3).
+
+        Returns
+        -------
+        Episode
+
+        Raises
+        ------
+        ValueError
+            A genome is refused by its controller.
+        TimeoutError, RuntimeError
+            A process ended or hangs.
+        """
+        self._set_genomes(predator, prey)
+        if self._recorder is None:
+            self._activate()
+            self._recorder = self._make_recorder()
+        for _ in range(ATTEMPTS):
+            episode = self._play_once(on_progress)
+            if self._complete():
+                if bag is not None:
+                    self._recorder.save(bag)
+                return episode
+        raise RuntimeError(
+            f'messages of the episode were lost in {ATTEMPTS} attempts: {self._recorder.counts}'
+        )
+
+    def _set_genomes(self, *genomes):
+        for client, genome in zip(self._parameters, genomes, strict=True):
+            genome = Parameter(
+                'genome', Parameter.Type.DOUBLE_ARRAY, np.asarray(genome, np.float64).tolist()
+            )
+            request = SetParameters.Request(parameters=[genome.to_parameter_msg()])
+            result = self._call(client, request).results[0]
+            if not result.successful:
+                raise ValueError(result.reason)
+
+    def _activate(self):
+        for client in self._states:
+            for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
+                request = ChangeState.Request(transition=Transition(id=transition))
+                if not self._call(client, request).success:
+                    raise RuntimeError(f'{client.srv_name} refused transition {transition}')
+
+    def _make_recorder(self):
+        recorder = Recorder(self._node, self._prefix)
+        nodes = [('simulator', self.namespace)]
+        nodes += [('controller', f'{self._prefix}/{robot}') for robot in ROBOTS]
+        self._wait(lambda: recorder.subscribe(nodes), START_TIMEOUT, 'the discovery of all topics')
+        return recorder
+
+    def _play_once(self, on_progress):
+        recorder = self._recorder
+        deadline = time.monotonic() + TICK_TIMEOUT
+        while True:  # the simulator may match our subscriptions later than we match its publishers
+            recorder.clear()
+            self._call(self._reset, Trigger.Request())
+            try:
+                self._wait(recorder.begun, 1.0, 'the start of the episode')
+                break
+            except TimeoutError:
+                if time.monotonic() > deadline:
+                    raise
+        started = time.monotonic()
+        length = self._environment.episode_ticks
+        while not recorder.state.ended:
+            tick = recorder.state.tick
+            ticks = min(CHUNK, length - tick) if self._lockstep else length - tick
+            response = self._call(self._step, Step.Request(ticks=ticks))
+            if not response.success:
+                raise RuntimeError(f'the simulator refused to step: {response.message}')
+            self._follow(tick + ticks, on_progress)
+        seconds = time.monotonic() - started
+        with suppress(TimeoutError):  # what is missing then is told by the caller's check
+            self._wait(self._complete, 1.0, 'the last messages')
+        return self._episode(seconds)
+
+    def _follow(self, target, on_progress):
+        """Wait until the simulator has made its ticks."""
+        state = self._recorder.state
+        while not state.ended and state.tick < target:
+            before = state.tick
+            wanted = target if self._lockstep else before + 1
+            self._wait(
+                lambda wanted=wanted: self._recorder.state.ended or self._recorder.state.tick >= wanted,
+                TICK_TIMEOUT / min(self._pace, 1.0),
+                f'tick {wanted} of the episode',
+            )
+            state = self._recorder.state
+            poses = [_pose(self._recorder.last(topic).pose.pose) for topic in GROUND_TRUTH]
+            on_progress(state.tick, np.array(poses))
+
+    def _complete(self):
+        return self._recorder.complete(self._recorder.state.tick, commands=self._lockstep)
+
+    def _episode(self, seconds):
+        state = self._recorder.state
+        poses = np.empty((state.tick + 1, 2, 3), np.float32)
+        wheels = np.zeros((state.tick, 2, 2), np.float32)
+        commands = [{}, {}]
+        for topic, message in self._recorder.decoded(*GROUND_TRUTH, *COMMANDS):
+            tick = _tick(message.header.stamp)
+            if topic in GROUND_TRUTH:
+                poses[tick, GROUND_TRUTH.index(topic)] = _pose(message.pose.pose)
+            else:
+                twist = message.twist
+                speeds, _ = wheel_speeds(twist.linear.x, twist.angular.z)
+                commands[COMMANDS.index(topic)][tick] = speeds
+        for robot, sent in enumerate(commands):
+            for tick in range(state.tick):
+                wheels[tick, robot] = sent.get(tick, wheels[tick - 1, robot] if tick else 0)
+        return Episode(state.tick, state.captured, poses, wheels, seconds)
+
+
+def _tick(stamp):
+    """Return the tick of a stamp; the simulator's clock starts at one tick."""
+    return round((stamp.sec + stamp.nanosec * 1e-9) / TICK) - 1
+
+
+def _pose(pose):
+    """Return x, y and heading of a geometry_msgs/Pose."""
+    return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
