@@ -1,0 +1,1 @@
+"""Analysis of runs: measures, statistics, figures and the report (docs/analysis.md)."""

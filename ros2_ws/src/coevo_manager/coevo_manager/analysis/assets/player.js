@@ -1,0 +1,343 @@
+'use strict';
+
+const PREDATOR = '#b3341f';
+const PREY = '#3b93cf';
+const COLOURS = [PREDATOR, PREY];
+const RAYS = 24;
+const LAYERS = { infrared: [0, 24], inputs: [24, 25], hidden: [49, 10], motors: [59, 2] };
+const CHANNELS = 61;
+
+/* Undo player.py's packing: channels of differences, one after the other. */
+async function unpack(episode) {
+  const buffer = await inflate(episode.data);
+  const ticks = episode.ticks;
+  let start = 0;
+  const channel = (Type, length) => {
+    const values = new Type(buffer.slice(start, start + length * Type.BYTES_PER_ELEMENT));
+    start += length * Type.BYTES_PER_ELEMENT;
+    for (let k = 1; k < length; k += 1) values[k] += values[k - 1];
+    return values;
+  };
+  const robots = (Type, count, length) => [0, 1].map(() => Array.from({ length: count }, () => channel(Type, length)));
+  return {
+    ticks,
+    captured: episode.captured,
+    poses: robots(Int16Array, 3, ticks + 1),
+    wheels: robots(Int16Array, 2, ticks),
+    neurons: robots(Uint8Array, CHANNELS, ticks),
+  };
+}
+
+class Player {
+  constructor(runs) {
+    this.runs = runs;
+    this.time = 0;
+    this.playing = false;
+    this.element = (id) => document.getElementById(id);
+    this.choices = ['predator-generation', 'predator-rank', 'prey-generation', 'prey-rank'].map(this.element);
+    this.fill(this.element('player-run'), runs.map((run) => run.title));
+    this.element('player-run').addEventListener('change', () => this.chooseRun());
+    this.choices.forEach((choice) => choice.addEventListener('change', () => this.load()));
+    this.element('play').addEventListener('click', () => this.toggle());
+    this.element('back').addEventListener('click', () => this.step(-1));
+    this.element('forward').addEventListener('click', () => this.step(1));
+    this.element('scrub').addEventListener('input', (event) => this.seek(Number(event.target.value)));
+    for (const id of ['sensors', 'trails']) this.element(id).addEventListener('change', () => this.draw());
+    this.element('timeline').addEventListener('pointerdown', (event) => {
+      const box = event.target.getBoundingClientRect();
+      this.seek(Math.round(((event.clientX - box.left) / box.width) * this.trace.ticks));
+    });
+    this.element('player').addEventListener('keydown', (event) => this.key(event));
+    this.chooseRun();
+  }
+
+  fill(select, names) {
+    select.replaceChildren(...names.map((name, k) => new Option(name, k)));
+  }
+
+  chooseRun() {
+    this.run = this.runs[Number(this.element('player-run').value)];
+    const last = this.run.generations.length - 1;
+    this.choices.forEach((choice, k) => {
+      this.fill(choice, k % 2 ? this.run.ranks : this.run.generations);
+      choice.value = k % 2 ? 0 : last;
+    });
+    this.drawGrid();
+    return this.load();
+  }
+
+  async load() {
+    const name = this.choices.map((choice) => choice.value).join('/');
+    const trace = await unpack(this.run.episodes[name]);
+    if (name !== this.choices.map((choice) => choice.value).join('/')) return;
+    this.trace = trace;
+    this.name = name;
+    this.element('scrub').max = trace.ticks;
+    for (const button of this.element('grid').querySelectorAll('button')) {
+      button.ariaPressed = String(button.dataset.name === name);
+    }
+    this.seek(0);
+  }
+
+  toggle() {
+    this.playing = !this.playing;
+    this.element('play').textContent = this.playing ? 'Pause' : 'Play';
+    if (!this.playing) return;
+    if (this.time >= this.trace.ticks) this.time = 0;
+    let before = performance.now();
+    const frame = (now) => {
+      if (!this.playing) return;
+      const rate = Number(this.element('speed').value) / this.run.tick / 1000;
+      this.time = Math.min(this.trace.ticks, this.time + (now - before) * rate);
+      before = now;
+      this.draw();
+      if (this.time >= this.trace.ticks) this.toggle();
+      else requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  step(ticks) {
+    if (this.playing) this.toggle();
+    this.seek(Math.round(this.time) + ticks);
+  }
+
+  seek(tick) {
+    this.time = Math.max(0, Math.min(this.trace.ticks, tick));
+    this.draw();
+  }
+
+  key(event) {
+    if (['SELECT', 'INPUT', 'BUTTON'].includes(event.target.tagName)) return;
+    const actions = { ' ': () => this.toggle(), ArrowLeft: () => this.step(-1), ArrowRight: () => this.step(1) };
+    if (!(event.key in actions)) return;
+    event.preventDefault();
+    actions[event.key]();
+  }
+
+  /* Pose of a robot at a moment between ticks: x, y in m, heading in rad. */
+  pose(robot, time) {
+    const k = Math.min(Math.floor(time), this.trace.ticks);
+    const next = Math.min(k + 1, this.trace.ticks);
+    const [x, y, heading] = this.trace.poses[robot];
+    const turn = ((heading[next] - heading[k]) / 1e4 + 3 * Math.PI) % (2 * Math.PI) - Math.PI;
+    const part = time - k;
+    return {
+      x: (x[k] + (x[next] - x[k]) * part) / 1e4,
+      y: (y[k] + (y[next] - y[k]) * part) / 1e4,
+      heading: heading[k] / 1e4 + turn * part,
+    };
+  }
+
+  neuron(robot, index) {
+    const k = Math.min(Math.floor(this.time), this.trace.ticks - 1);
+    return this.trace.neurons[robot][index][k] / 255;
+  }
+
+  draw() {
+    this.drawArena();
+    this.drawTimeline();
+    this.drawNeurons();
+    const tick = Math.floor(this.time);
+    this.element('scrub').value = tick;
+    const seconds = (count) => `${(count * this.run.tick).toFixed(1)} s`;
+    const [a, b] = [0, 1].map((robot) => this.pose(robot, this.time));
+    const end = this.trace.captured ? `captured at ${seconds(this.trace.ticks)}` : `not captured in ${seconds(this.trace.ticks)}`;
+    this.element('status').textContent = `${seconds(tick)} of ${seconds(this.trace.ticks)}, distance ${Math.hypot(a.x - b.x, a.y - b.y).toFixed(2)} m; ${end}`;
+  }
+
+  drawArena() {
+    const canvas = this.element('arena');
+    const context = canvas.getContext('2d');
+    const scale = canvas.width / (this.run.arena * 1.02);
+    context.setTransform(scale, 0, 0, -scale, canvas.width / 2, canvas.height / 2);
+    const half = this.run.arena / 2;
+    const ground = context.createRadialGradient(0, 0, 0, 0, 0, half * Math.SQRT2);
+    ground.addColorStop(0, '#ffffff');
+    ground.addColorStop(1, '#6f6f6f');
+    context.fillStyle = '#000';
+    context.fillRect(-2 * half, -2 * half, 4 * half, 4 * half);
+    context.fillStyle = ground;
+    context.fillRect(-half, -half, 2 * half, 2 * half);
+    if (this.run.obstacle) this.disc(context, 0, 0, this.run.obstacle, '#222');
+    for (const robot of [0, 1]) {
+      if (this.element('trails').checked) this.drawTrail(context, robot);
+    }
+    for (const robot of [0, 1]) this.drawRobot(context, robot);
+  }
+
+  disc(context, x, y, radius, colour) {
+    context.beginPath();
+    context.arc(x, y, radius, 0, 2 * Math.PI);
+    context.fillStyle = colour;
+    context.fill();
+  }
+
+  drawTrail(context, robot) {
+    const [x, y] = this.trace.poses[robot];
+    context.beginPath();
+    for (let k = 0; k <= Math.floor(this.time); k += 1) context.lineTo(x[k] / 1e4, y[k] / 1e4);
+    context.lineWidth = 0.012;
+    context.setLineDash(robot ? [0.05, 0.03] : []);
+    context.strokeStyle = COLOURS[robot];
+    context.globalAlpha = 0.7;
+    context.stroke();
+    context.globalAlpha = 1;
+    context.setLineDash([]);
+  }
+
+  drawRobot(context, robot) {
+    const { x, y, heading } = this.pose(robot, this.time);
+    const radius = this.run.radius;
+    context.save();
+    context.translate(x, y);
+    context.rotate(heading);
+    if (this.element('sensors').checked) this.drawSensors(context, robot);
+    this.disc(context, 0, 0, radius, COLOURS[robot]);
+    context.lineWidth = 0.012;
+    context.strokeStyle = robot ? '#fff' : '#000';
+    context.stroke();
+    context.beginPath();
+    context.moveTo(radius * 0.8, 0);
+    context.lineTo(-radius * 0.4, radius * 0.5);
+    context.lineTo(-radius * 0.4, -radius * 0.5);
+    context.closePath();
+    context.fillStyle = '#fff';
+    context.fill();
+    context.restore();
+  }
+
+  drawSensors(context, robot) {
+    const { radius, range } = this.run;
+    for (let k = 0; k < RAYS; k += 1) {
+      const activation = this.neuron(robot, LAYERS.infrared[0] + k);
+      if (activation === 0) continue;
+      const angle = ((7.5 + 15 * k) * Math.PI) / 180;
+      context.beginPath();
+      context.moveTo(Math.cos(angle) * radius, Math.sin(angle) * radius);
+      context.lineTo(Math.cos(angle) * (radius + range), Math.sin(angle) * (radius + range));
+      context.strokeStyle = `rgba(0, 0, 0, ${0.25 + 0.75 * activation})`;
+      context.lineWidth = 0.008;
+      context.stroke();
+    }
+    for (let k = 0; k < 8; k += 1) {
+      const seen = this.neuron(robot, LAYERS.inputs[0] + 8 + k);
+      if (seen === 0) continue;
+      context.beginPath();
+      context.arc(0, 0, radius + range + 0.04, (k * Math.PI) / 4, ((k + 1) * Math.PI) / 4);
+      context.strokeStyle = COLOURS[1 - robot];
+      context.globalAlpha = 0.35 + 0.65 * seen;
+      context.lineWidth = 0.04;
+      context.stroke();
+      context.globalAlpha = 1;
+    }
+  }
+
+  drawTimeline() {
+    const canvas = this.element('timeline');
+    const context = canvas.getContext('2d');
+    const { width, height } = canvas;
+    context.clearRect(0, 0, width, height);
+    const [[ax, ay], [bx, by]] = this.trace.poses;
+    const far = this.run.arena * 1.2;
+    context.beginPath();
+    for (let k = 0; k <= this.trace.ticks; k += 1) {
+      const distance = Math.hypot(ax[k] - bx[k], ay[k] - by[k]) / 1e4;
+      context.lineTo((k / this.trace.ticks) * width, height - 6 - (distance / far) * (height - 30));
+    }
+    context.strokeStyle = '#333';
+    context.lineWidth = 2.5;
+    context.stroke();
+    context.font = '20px system-ui, sans-serif';
+    context.fillStyle = '#5c626b';
+    context.fillText('distance between the robots', 10, 24);
+    const now = (this.time / this.trace.ticks) * width;
+    context.fillStyle = '#14558f';
+    context.fillRect(now - 2, 0, 4, height);
+  }
+
+  drawNeurons() {
+    const canvas = this.element('neurons');
+    const context = canvas.getContext('2d');
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    const groups = [
+      ['infrared groups', LAYERS.inputs[0], 8], ['camera', LAYERS.inputs[0] + 8, 8],
+      ['mean', LAYERS.inputs[0] + 16, 1], ['ground', LAYERS.inputs[0] + 17, 4],
+      ['mean', LAYERS.inputs[0] + 21, 1], ['contact', LAYERS.inputs[0] + 22, 1],
+      ['clock', LAYERS.inputs[0] + 23, 1], ['fatigue', LAYERS.inputs[0] + 24, 1],
+    ];
+    const rows = [groups.slice(0, 3), groups.slice(3), [['hidden', ...LAYERS.hidden], ['translation, rotation', ...LAYERS.motors]]];
+    for (const robot of [0, 1]) {
+      const top = robot * 440;
+      context.font = 'bold 24px system-ui, sans-serif';
+      context.fillStyle = COLOURS[robot];
+      context.fillText(robot ? 'Prey' : 'Predator', 0, top + 24);
+      const k = Math.min(Math.floor(this.time), this.trace.ticks - 1);
+      const [left, right] = this.trace.wheels[robot].map((wheel) => (wheel[k] / 1000).toFixed(1));
+      context.font = '20px system-ui, sans-serif';
+      context.fillStyle = '#5c626b';
+      context.fillText(`wheels ${left}, ${right} of ${this.run.speeds[robot]} rad/s`, 140, top + 24);
+      rows.forEach((row, r) => this.drawBars(context, row, robot, top + 44 + r * 128));
+    }
+  }
+
+  drawBars(context, row, robot, top) {
+    let x = 0;
+    for (const [name, first, count] of row) {
+      context.font = '18px system-ui, sans-serif';
+      context.fillStyle = '#5c626b';
+      context.fillText(name, x, top + 16);
+      const labelled = context.measureText(name).width;
+      for (let k = 0; k < count; k += 1) {
+        const value = this.neuron(robot, first + k);
+        const left = x + k * 36;
+        context.fillStyle = '#e2e5ea';
+        context.fillRect(left, top + 24, 30, 80);
+        context.fillStyle = COLOURS[robot];
+        context.fillRect(left, top + 24 + 80 * (1 - value), 30, 80 * value);
+      }
+      x += Math.max(count * 36, labelled) + 22;
+    }
+  }
+
+  drawGrid() {
+    const { generations, ranks, episodes, tick } = this.run;
+    const longest = Math.max(...Object.values(episodes).map((episode) => episode.ticks));
+    const people = generations.flatMap((generation, g) => ranks.map((rank, r) => ({ generation, rank, key: `${g}/${r}` })));
+    const table = document.createElement('table');
+    const head = table.createTHead().insertRow();
+    head.append(this.heading('predator \\ prey'), ...people.map((prey) => this.heading(`${prey.generation} ${prey.rank}`)));
+    const body = table.createTBody();
+    for (const predator of people) {
+      const row = body.insertRow();
+      row.append(this.heading(`${predator.generation} ${predator.rank}`));
+      for (const prey of people) {
+        const name = `${predator.key}/${prey.key}`;
+        const episode = episodes[name];
+        const button = document.createElement('button');
+        button.type = 'button';
+        button.dataset.name = name;
+        button.textContent = episode.captured ? (episode.ticks * tick).toFixed(0) : 'free';
+        const light = 96 - 46 * (1 - episode.ticks / longest);
+        button.style.background = `hsl(10 60% ${light}%)`;
+        button.title = `predator ${predator.generation} ${predator.rank}, prey ${prey.generation} ${prey.rank}`;
+        button.addEventListener('click', () => this.chooseCell(name));
+        row.insertCell().append(button);
+      }
+    }
+    this.element('grid').replaceChildren(table);
+  }
+
+  heading(text) {
+    const cell = document.createElement('th');
+    cell.textContent = text;
+    return cell;
+  }
+
+  chooseCell(name) {
+    name.split('/').forEach((value, k) => { this.choices[k].value = value; });
+    return this.load();
+  }
+}
+
+window.player = new Player(report.player);

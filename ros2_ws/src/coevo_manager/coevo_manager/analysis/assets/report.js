@@ -1,0 +1,50 @@
+'use strict';
+
+const report = JSON.parse(document.getElementById('report-data').textContent);
+
+async function inflate(base64) {
+  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
+  return new Response(stream).arrayBuffer();
+}
+
+async function drawCharts() {
+  const script = document.createElement('script');
+  script.textContent = new TextDecoder().decode(await inflate(report.plotly));
+  document.head.append(script);
+  const options = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ['select2d', 'lasso2d'] };
+  const seen = new IntersectionObserver((entries) => {
+    for (const entry of entries.filter((each) => each.isIntersecting)) {
+      seen.unobserve(entry.target);
+      const { data, layout } = report.charts[entry.target.dataset.chart];
+      Plotly.newPlot(entry.target, data, layout, options);
+    }
+  }, { rootMargin: '400px' });
+  for (const element of document.querySelectorAll('[data-chart]')) {
+    element.style.minHeight = `${report.charts[element.dataset.chart].layout.height}px`;
+    seen.observe(element);
+  }
+}
+
+function makeSortable(table) {
+  const headings = [...table.tHead.rows[0].cells];
+  headings.forEach((heading, column) => heading.querySelector('button').addEventListener('click', () => {
+    const ascending = heading.ariaSort !== 'ascending';
+    headings.forEach((each) => { each.ariaSort = 'none'; });
+    heading.ariaSort = ascending ? 'ascending' : 'descending';
+    const key = (row) => {
+      const cell = row.cells[column];
+      return 'value' in cell.dataset ? Number(cell.dataset.value) : cell.textContent;
+    };
+    const compare = (a, b) => {
+      const [x, y] = [key(a), key(b)];
+      if (typeof x !== typeof y) return typeof x === 'number' ? -1 : 1;
+      const order = typeof x === 'number' ? x - y : x.localeCompare(y);
+      return ascending ? order : -order;
+    };
+    table.tBodies[0].append(...[...table.tBodies[0].rows].sort(compare));
+  }));
+}
+
+document.querySelectorAll('table.sortable').forEach(makeSortable);
+drawCharts();

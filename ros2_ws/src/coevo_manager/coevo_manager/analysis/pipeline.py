@@ -1,0 +1,136 @@
+"""From run folders to figures, tables and the report."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from coevo_manager.analysis import draw, figures, figures_beyond, player, progress, tables
+from coevo_manager.analysis.behaviours import CAPTION, behaviours
+from coevo_manager.analysis.exploit import Budget
+from coevo_manager.analysis.kernel import Kernel, source_hash
+from coevo_manager.analysis.report import write_report
+from coevo_manager.analysis.runs import AnalysisError, choose_generations, read_runs
+from coevo_manager.analysis.study import Study, collect
+from coevo_manager.analysis.tournament import Evaluations, Store
+
+Stage = Callable[[str, int], Callable[[int], None]]
+
+
+def analyze(
+    folders: Sequence[Path],
+    out: Path,
+    *,
+    every: int | None = None,
+    until: int | None = None,
+    candidates: int = 500,
+    opponents: int = 10,
+    cache: Path | None = None,
+    threads: int = 1,
+    dask: str | None = None,
+    stage: Stage = lambda title, total: lambda amount: None,
+) -> Path:
+    """Analyse runs and write everything to a folder; returns the path of its report.html.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Run folders.
+    out : Path
+        Receives report.html, figures/*.png and *.svg, and tables/*.csv.
+    every, until : int, optional
+        Spacing and last of the generations compared, see `choose_generations`.
+    candidates : int
+        Budget of each search for a best response; 0 for none.
+    opponents : int
+        Held-out opponents taken from each other run.
+    cache : Path, optional
+        Folder of stored episode results; `out`/cache without it.
+    threads : int
+        Threads or processes on this machine.
+    dask : str, optional
+        Address of a Dask scheduler whose workers evaluate instead of this process.
+    stage : callable
+        Told of each stage of work; see `study.collect`.
+
+    Raises
+    ------
+    AnalysisError
+        The runs cannot be analysed; nothing but stored results is written.
+    """
+    runs = read_runs(folders)
+    generations = choose_generations(runs, every, until)
+    kernel = Kernel()
+    client = _connect(dask, kernel.version) if dask else None
+    try:
+        evaluations = Evaluations(
+            kernel, Store(cache or out / 'cache', kernel.version), threads, client
+        )
+        budget = Budget(candidates) if candidates else None
+        study = collect(runs, generations, evaluations, budget, opponents, stage)
+        return write_all(study, out, stage)
+    finally:
+        if client is not None:
+            client.close()
+
+
+def write_all(study: Study, out: Path, stage: Stage) -> Path:
+    """Write the figures, tables and report of a study."""
+    for name in ('figures', 'tables'):
+        (out / name).mkdir(parents=True, exist_ok=True)
+    found = _tables(study)
+    for name, table in found.items():
+        tables.write(table, out / 'tables' / f'{name}.csv')
+    charts = [*figures_beyond.figures(study, found['verdicts']), *figures.paper_figures(study)]
+    advance = stage('Figures', len(charts) + len(study.conditions))
+    drawn = []
+    for chart in charts:
+        drawn.append((chart, draw.save(draw.draw(chart), out / 'figures' / chart.name)[1]))
+        advance(1)
+    pictures = []
+    for each in study.conditions:
+        name = f'behaviours_{each.condition.slug}'
+        figure = behaviours(each, study.evaluations)
+        pictures.append(
+            {
+                'name': name,
+                'title': f'Representative behaviours, {each.condition.name}',
+                'caption': CAPTION,
+                'svg': draw.save(figure, out / 'figures' / name)[1],
+                'arena': each.condition.arena,
+            }
+        )
+        advance(1)
+    advance = stage('Episodes to watch', sum(player.size(each) for each in study.conditions))
+    recorded = [player.grid(each, study.evaluations.kernel, advance) for each in study.conditions]
+    write_report(out / 'report.html', study, drawn, pictures, found, recorded)
+    return out / 'report.html'
+
+
+def _tables(study: Study) -> dict:
+    found = tables.all_tables(study)
+    found['verdicts'] = progress.verdicts(study)
+    found['durations'] = progress.durations(study)
+    for arena in study.arenas():
+        slug = figures.slug_of(arena)
+        for number, measure in ((1, 'historical'), (2, 'global')):
+            for column, name in (('p_paper', 'paper'), ('p_paired_holm', 'paired_holm')):
+                table = tables.progress_table(study, arena, measure, column)
+                found[f'table{number}_{slug}_{name}'] = table
+    return found
+
+
+def _connect(address: str, version: str):
+    """Connect to a Dask scheduler whose workers have the same kernel."""
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout='30s')
+    except (OSError, ValueError) as error:
+        raise AnalysisError(f'dask is {address}: no scheduler answers there ({error})') from None
+    client.wait_for_workers(1, timeout=30)
+    others = {worker for worker, found in client.run(source_hash).items() if found != version}
+    if others:
+        client.close()
+        raise AnalysisError(
+            f'dask is {address}: its worker {min(others)} has another version of the episode kernel'
+        )
+    return client

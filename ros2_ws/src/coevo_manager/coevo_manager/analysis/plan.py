@@ -1,0 +1,246 @@
+"""A campaign of runs: conditions x environments x seeds, from a YAML file, over Dask."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from coevo_manager.core.configuration import (
+    FIELDS,
+    Configuration,
+    differences,
+    load_configuration,
+)
+from coevo_manager.core.evaluation import LocalEvaluator
+from coevo_manager.core.evolution import Evolution, RunFolderError, read_configuration
+from coevo_manager.core.evolution.files import write_whole
+
+KEYS = ('out', 'preset', 'configuration', 'conditions', 'environments', 'seeds', 'retries')
+
+
+class CampaignError(ValueError):
+    """The campaign cannot start; one sentence that says why."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run of a campaign.
+
+    Attributes
+    ----------
+    condition, environment : str
+        The names the file gives them.
+    configuration : Configuration
+    folder : Path
+        OUT/CONDITION-ENVIRONMENT-seedSEED.
+    """
+
+    condition: str
+    environment: str
+    configuration: Configuration
+    folder: Path
+
+    @property
+    def finished(self) -> bool:
+        return (self.folder / 'report.md').exists()
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a campaign file asks for.
+
+    Attributes
+    ----------
+    out : Path
+    jobs : list of Job
+    retries : int
+        Times a failed run is tried again, from its last checkpoint.
+    """
+
+    out: Path
+    jobs: list[Job]
+    retries: int
+
+
+def read_campaign(path: Path) -> Campaign:
+    """Read and check a campaign file and the folders of runs that it began before.
+
+    Raises
+    ------
+    CampaignError
+        The file, one of its values or a folder that another run occupies.
+    """
+    try:
+        content = yaml.safe_load(path.read_text('utf-8'))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = ' '.join(str(error).split())
+        raise CampaignError(f'{path} cannot be read: {reason}') from None
+    content = _mapping(path, 'the file', content)
+    for key in content:
+        if key not in KEYS:
+            raise CampaignError(f'{path}: unknown key {key!r}; known are {", ".join(KEYS)}')
+    for key in ('out', 'seeds'):
+        if key not in content:
+            raise CampaignError(f'{path}: {key} is missing')
+    if not isinstance(content['out'], str):
+        raise CampaignError(f'{path}: out is {content["out"]!r}: expected a folder')
+    retries = content.get('retries', 1)
+    if not isinstance(retries, int) or isinstance(retries, bool) or retries < 0:
+        raise CampaignError(
+            f'{path}: retries is {retries!r}: expected a whole number of at least 0'
+        )
+    out = path.parent / content['out']
+    jobs = list(_jobs(path, content, out))
+    for job in jobs:
+        _check_folder(job)
+    return Campaign(out, jobs, retries)
+
+
+def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
+    shared = _mapping(path, 'configuration', content.get('configuration', {}))
+    conditions = _named(path, 'conditions', content, 'standard')
+    environments = _named(path, 'environments', content, 'open')
+    seeds = content['seeds']
+    if not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) != len(seeds):
+        raise CampaignError(
+            f'{path}: seeds is {seeds!r}: expected a list of different whole numbers'
+        )
+    if 'seed' in shared:
+        raise CampaignError(f'{path}: configuration.seed: seeds belong into seeds')
+    for condition, own in conditions.items():
+        for environment, around in environments.items():
+            for seed in seeds:
+                values = {**shared, **own, **around, 'seed': seed}
+                try:
+                    configuration = load_configuration(values, content.get('preset', 'quick'))
+                except ValueError as error:
+                    raise CampaignError(f'{path}: {condition}, {environment}: {error}') from None
+                name = f'{condition}-{environment}-seed{seed}'
+                yield Job(condition, environment, configuration, out / name)
+
+
+def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Mapping[str, Any]]:
+    """Conditions or environments: mappings by name, or a list of values of their own field."""
+    field = {'conditions': 'algorithm', 'environments': 'environment'}[key]
+    given = content.get(key, [default])
+    if isinstance(given, list):
+        given = {str(value): {field: value} for value in given}
+    given = _mapping(path, key, given)
+    for name, values in given.items():
+        for inner in _mapping(path, f'{key}.{name}', values):
+            if inner not in FIELDS:
+                raise CampaignError(f'{path}: {key}.{name} has the unknown key {inner!r}')
+        if not name or not all(letter.isalnum() or letter in '_.+' for letter in name):
+            raise CampaignError(
+                f'{path}: {key} has the name {name!r}: expected letters, digits, _ . +'
+            )
+    if not given:
+        raise CampaignError(f'{path}: {key} is empty')
+    return given
+
+
+def _mapping(path: Path, name: str, value) -> dict:
+    if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
+        raise CampaignError(f'{path}: {name} is {value!r}: expected names with values')
+    return value
+
+
+def _check_folder(job: Job) -> None:
+    if not (job.folder / 'run.json').exists():
+        return
+    try:
+        held = read_configuration(job.folder)
+    except RunFolderError as error:
+        raise CampaignError(str(error)) from None
+    if held != job.configuration:
+        raise CampaignError(
+            f'{job.folder} holds a run of another configuration (there, here): '
+            f'{"; ".join(differences(held, job.configuration))}'
+        )
+
+
+def run_job(configuration: Configuration, folder: Path) -> float:
+    """Start a run, or continue it from its last checkpoint, in this process; seconds it took."""
+    start = time.monotonic()
+    evaluator = LocalEvaluator(configuration.make_environment(), threads=1)
+    if (folder / 'run.json').exists():
+        evolution = Evolution.resume(folder, evaluator, configuration=configuration)
+    else:
+        evolution = Evolution(configuration, evaluator, folder)
+    evolution.run()
+    return time.monotonic() - start
+
+
+def execute(
+    campaign: Campaign, client, done: Callable[[Job, str], None] = lambda job, error: None
+) -> pd.DataFrame:
+    """Run what is not finished, each run a task of the cluster, and write OUT/campaign.csv.
+
+    Parameters
+    ----------
+    client : distributed.Client
+        Its workers must see the run folders under the same paths.
+    done : callable (job, error)
+        Told of each finished or failed run; `error` is empty for a finished one.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a run: `run`, `condition`, `environment`, `seed`, `state` (finished or failed),
+        `seconds` in this call, `error`.
+    """
+    from distributed import as_completed
+
+    campaign.out.mkdir(parents=True, exist_ok=True)
+    outcomes = {job.folder: (0.0, '') for job in campaign.jobs if job.finished}
+    futures = {
+        client.submit(
+            run_job,
+            job.configuration,
+            job.folder.resolve(),
+            key=f'run-{job.folder.name}-{time.time_ns()}',
+            retries=campaign.retries,
+            pure=False,
+        ): job
+        for job in campaign.jobs
+        if not job.finished
+    }
+    for job in campaign.jobs:
+        if job.folder in outcomes:
+            done(job, '')
+    for future in as_completed(futures):
+        job = futures[future]
+        error = future.exception()
+        text = '' if error is None else f'{type(error).__name__}: {error}'
+        outcomes[job.folder] = (0.0 if error else future.result(), text)
+        done(job, text)
+        _write(campaign, outcomes)
+    return _write(campaign, outcomes)
+
+
+def _write(campaign: Campaign, outcomes: dict[Path, tuple[float, str]]) -> pd.DataFrame:
+    rows = []
+    for job in campaign.jobs:
+        seconds, error = outcomes.get(job.folder, (0.0, 'not run yet'))
+        rows.append(
+            {
+                'run': job.folder.name,
+                'condition': job.condition,
+                'environment': job.environment,
+                'seed': job.configuration.seed,
+                'state': 'failed'
+                if error and job.folder in outcomes
+                else 'waiting'
+                if error
+                else 'finished',
+                'seconds': round(seconds, 1),
+                'error': error,
+            }
+        )
+    table = pd.DataFrame(rows)
+    write_whole(campaign.out / 'campaign.csv', table.to_csv(index=False).encode())
+    return table

@@ -1,0 +1,279 @@
+"""Read run folders and group them: replications of conditions, conditions within environments."""
+
+import re
+import zipfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from coevo_manager.core.configuration import Configuration, differences
+from coevo_manager.core.episodes import Environment
+from coevo_manager.core.evolution.run_folder import RunFolderError, read_configuration
+
+GENES = 442
+POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
+
+
+class AnalysisError(ValueError):
+    """The runs cannot be analysed; one sentence that says why."""
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Both populations at one generation.
+
+    Attributes
+    ----------
+    generation : int
+    predators, prey : float32 (N, 442)
+    fitness : float32 (N, N)
+        Predator fitness; row = predator, column = prey.
+    """
+
+    generation: int
+    predators: np.ndarray
+    prey: np.ndarray
+    fitness: np.ndarray
+
+    def ranking(self, species: str) -> np.ndarray:
+        """Indices of the individuals, from the best against this generation's opponents."""
+        own = self.fitness.mean(1) if species == 'predator' else -self.fitness.mean(0)
+        return np.argsort(-own, kind='stable')
+
+    def population(self, species: str) -> np.ndarray:
+        """Genomes of one species."""
+        return self.predators if species == 'predator' else self.prey
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What replications share: all that is compared."""
+
+    algorithm: str
+    optimizer: str
+    environment: str
+    motor_map: str
+
+    @property
+    def slug(self) -> str:
+        """Name for files."""
+        return '-'.join((self.algorithm, self.optimizer, self.environment, self.motor_map))
+
+    @property
+    def name(self) -> str:
+        """Name for people: the algorithm, and the optimizer where it is not the paper's."""
+        algorithm = self.algorithm.replace('_', ' ').capitalize()
+        if self.optimizer == 'one_plus_one':
+            return algorithm
+        return f'{algorithm}, {self.optimizer.replace("_", "-").upper()}'
+
+    @property
+    def arena(self) -> str:
+        """The environment for people; runs are only ever mixed within one."""
+        arena = 'open arena' if self.environment == 'open' else 'arena with obstacle'
+        return arena if self.motor_map == 'printed' else f'{arena}, {self.motor_map} motor map'
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run folder: one replication."""
+
+    folder: Path
+    configuration: Configuration
+    snapshots: dict[int, Path]
+
+    @property
+    def name(self) -> str:
+        return self.folder.resolve().name
+
+    @property
+    def seed(self) -> int:
+        return self.configuration.seed
+
+    @property
+    def condition(self) -> Condition:
+        return Condition(
+            self.configuration.algorithm,
+            self.configuration.optimizer,
+            self.configuration.environment,
+            self.configuration.motor_map,
+        )
+
+    @cached_property
+    def environment(self) -> Environment:
+        return self.configuration.make_environment()
+
+    def snapshot(self, generation: int) -> Snapshot:
+        """Read and check one snapshot.
+
+        Raises
+        ------
+        AnalysisError
+            It is missing, truncated, or does not hold what a snapshot holds.
+        """
+        if generation not in self.snapshots:
+            raise AnalysisError(
+                f'{self.folder}: the snapshot of generation {generation} is missing'
+            )
+        path = self.snapshots[generation]
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                snapshot = Snapshot(
+                    int(data['generation']), data['predators'], data['prey'], data['fitness']
+                )
+        except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+            raise AnalysisError(f'{path} is truncated or not a snapshot: {error}') from None
+        size = self.configuration.population
+        expected = ((size, GENES), (size, GENES), (size, size))
+        found = tuple(np.shape(a) for a in (snapshot.predators, snapshot.prey, snapshot.fitness))
+        if snapshot.generation != generation or found != expected:
+            raise AnalysisError(
+                f'{path} should hold generation {generation} with arrays of shape {expected}, '
+                f'but holds generation {snapshot.generation} with {found}'
+            )
+        if not all(np.isfinite(a).all() for a in (snapshot.predators, snapshot.prey)):
+            raise AnalysisError(f'{path} holds genes that are not finite numbers')
+        return snapshot
+
+    def table(self, name: str) -> pd.DataFrame:
+        """generations.csv or phases.csv, by its stem."""
+        path = self.folder / f'{name}.csv'
+        try:
+            table = pd.read_csv(path)
+        except (OSError, ValueError) as error:
+            raise AnalysisError(f'{path} cannot be read: {error}') from None
+        if 'generation' not in table or 'evolving' not in table:
+            raise AnalysisError(f'{path} lacks the columns generation and evolving')
+        return table
+
+
+def read_run(folder: Path | str) -> Run:
+    """Open a run folder and check that no snapshot up to its last phase is missing."""
+    folder = Path(folder)
+    try:
+        configuration = read_configuration(folder)
+    except RunFolderError as error:
+        raise AnalysisError(str(error)) from None
+    snapshots = {}
+    for path in sorted((folder / 'snapshots').glob('gen_*.npz')):
+        if match := re.fullmatch(r'gen_(\d+)\.npz', path.name):
+            snapshots[int(match[1])] = path
+    run = Run(folder, configuration, dict(sorted(snapshots.items())))
+    every = configuration.snapshot_generations
+    ends = np.unique(np.append(0, run.table('phases')['generation'].to_numpy(int)))
+    due = ends[np.append(True, ends[1:] // every > ends[:-1] // every)]
+    missing = [int(g) for g in due if int(g) not in snapshots]
+    if missing:
+        raise AnalysisError(
+            f'{folder}: the snapshot of generation {missing[0]} is missing '
+            f'({len(missing)} of {len(due)} are)'
+        )
+    return run
+
+
+def read_runs(folders: Sequence[Path | str]) -> list[Run]:
+    """Open run folders and refuse what cannot be compared.
+
+    Raises
+    ------
+    AnalysisError
+        A folder is unusable or given twice; replications of a condition differ in more than their seed
+        and budget, or share a seed; or runs said to be of one environment differ in it.
+    """
+    runs: list[Run] = []
+    for folder in folders:
+        run = read_run(folder)
+        for other in runs:
+            _check_pair(run, other)
+        runs.append(run)
+    return sorted(runs, key=lambda run: (run.condition.arena, _order(run.condition), run.seed))
+
+
+def _check_pair(run: Run, other: Run) -> None:
+    both = f'{other.folder} and {run.folder}'
+    if run.folder.resolve() == other.folder.resolve():
+        raise AnalysisError(f'{run.folder} is given twice')
+    if run.condition == other.condition:
+        if run.seed == other.seed:
+            raise AnalysisError(
+                f'{both} are the same replication: seed {run.seed} of one condition'
+            )
+        same = {'seed': 0, 'phases': 1, 'episodes': None, 'ticks': None}
+        different = differences(
+            replace(other.configuration, **same), replace(run.configuration, **same)
+        )
+        if different:
+            raise AnalysisError(
+                f'{both} are no replications of each other, they differ in {different[0]}: '
+                'analyse them apart'
+            )
+    elif run.condition.arena == other.condition.arena and run.environment != other.environment:
+        raise AnalysisError(
+            f'{both} mix environments, one has {other.environment} and one {run.environment}: '
+            'analyse them apart'
+        )
+
+
+def _order(condition: Condition) -> tuple:
+    paper = ('standard', 'simplified', 'vanilla')
+    known = condition.algorithm in paper
+    place = paper.index(condition.algorithm) if known else len(paper)
+    return place, condition.algorithm, condition.optimizer
+
+
+def choose_generations(
+    runs: Sequence[Run], every: int | None = None, until: int | None = None
+) -> list[int]:
+    """Generations to look at: those of which every run has a snapshot, spaced by `every`.
+
+    Parameters
+    ----------
+    every : int, optional
+        Spacing; without it, 15 steps as in the paper, or all where fewer.
+    until : int, optional
+        The last generation; without it, the last that every run has reached.
+    """
+    common = sorted(set.intersection(*(set(run.snapshots) for run in runs)))
+    last = common[-1] if common else 0
+    if until is not None:
+        if until not in common:
+            raise AnalysisError(
+                f'until is {until}: expected a generation of which every run has a snapshot'
+                + (f', at most {last}' if common else '')
+            )
+        common = [g for g in common if g <= until]
+    if len(common) < 2 or common[0] != 0:
+        raise AnalysisError(
+            'the runs have no two generations in common to compare, generation 0 and a later one'
+        )
+    if every is None:
+        picks = np.linspace(0, len(common) - 1, min(len(common), POINTS + 1)).round().astype(int)
+        chosen = [common[k] for k in picks]
+    else:
+        chosen = [g for g in common if g % every == 0]
+        if len(chosen) < 2:
+            raise AnalysisError(
+                f'every is {every}: expected a spacing at which the runs have snapshots, '
+                f'such as {common[1]}'
+            )
+    return chosen
+
+
+def by_condition(runs: Sequence[Run]) -> dict[Condition, list[Run]]:
+    """Replications of each condition, in the order of `runs`."""
+    groups: dict[Condition, list[Run]] = {}
+    for run in runs:
+        groups.setdefault(run.condition, []).append(run)
+    return groups
+
+
+def by_arena(conditions: Sequence[Condition]) -> dict[str, list[Condition]]:
+    """Conditions of each environment: only these may be set against each other."""
+    groups: dict[str, list[Condition]] = {}
+    for condition in conditions:
+        groups.setdefault(condition.arena, []).append(condition)
+    return groups

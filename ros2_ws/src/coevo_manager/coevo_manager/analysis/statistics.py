@@ -1,0 +1,223 @@
+"""Tests over replications: the paper's one-tailed t-test beside better ones, each labelled.
+
+The replication (one seeded run) is the unit everywhere: individuals and generations of one run are not
+independent. All p-values are one-tailed for "the first is larger" unless a name says otherwise.
+"""
+
+import warnings
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+from statsmodels.stats.multitest import multipletests
+from statsmodels.stats.power import TTestPower
+
+ALPHA = 0.05
+RESAMPLES = 2000
+TEST_COLUMNS = (
+    'replications',
+    'mean_first',
+    'mean_second',
+    'difference',
+    'bootstrap_low',
+    'bootstrap_high',
+    'hedges_g',
+    'p_paper',
+    'p_paired',
+    'p_welch',
+    'p_sign_flip',
+    'p_paired_holm',
+    'p_sign_flip_holm',
+)
+
+
+def holm(p):
+    """Holm's step-down correction of a family of p-values (NaN entries stay out of the family)."""
+    p = np.asarray(p, float)
+    corrected = np.full(p.shape, np.nan)
+    known = np.isfinite(p)
+    if known.any():
+        corrected[known] = multipletests(p[known], method='holm')[1]
+    return corrected
+
+
+def compare_paired(first, second):
+    """Test "first > second" over replications, for each of K comparisons, which form one Holm family.
+
+    Parameters
+    ----------
+    first, second : array_like (K, R)
+        One value a replication; column r of both comes from the same replication.
+
+    Returns
+    -------
+    pandas.DataFrame
+        K rows of `TEST_COLUMNS`. `p_paper` is the paper's test (Student's two-sample t-test, equal
+        variances, one-tailed, uncorrected); `p_paired` the paired t-test; `p_welch` Welch's;
+        `p_sign_flip` the permutation test that flips the signs of the R differences (exact up to 13
+        replications); `bootstrap_low` and `bootstrap_high` bound the mean difference (95 %, percentile);
+        `hedges_g` is the mean difference over its standard deviation, corrected for small R. With one
+        replication every test is NaN: nothing can be claimed.
+    """
+    first, second = np.atleast_2d(first).astype(float), np.atleast_2d(second).astype(float)
+    difference = first - second
+    replications = difference.shape[1]
+    table = pd.DataFrame(
+        {
+            'replications': replications,
+            'mean_first': first.mean(axis=1),
+            'mean_second': second.mean(axis=1),
+            'difference': difference.mean(axis=1),
+        }
+    ).reindex(columns=TEST_COLUMNS)
+    if replications < 2 or not len(table):
+        return table
+    table['bootstrap_low'], table['bootstrap_high'] = bootstrap_interval(difference)
+    table['hedges_g'] = hedges_g(difference)
+    table['p_paper'] = _p(stats.ttest_ind, first, second)
+    table['p_welch'] = _p(stats.ttest_ind, first, second, equal_var=False)
+    table['p_paired'] = _p(stats.ttest_rel, first, second)
+    table['p_sign_flip'] = sign_flip(difference)
+    table['p_paired_holm'] = holm(table['p_paired'])
+    table['p_sign_flip_holm'] = holm(table['p_sign_flip'])
+    return table
+
+
+def compare_groups(first, second):
+    """Test "first > second" for two independent groups of replications (two conditions).
+
+    Returns
+    -------
+    dict
+        `difference` with its bootstrap interval, `hedges_g` (pooled standard deviation), `p_paper`
+        (Student, one-tailed), `p_welch` (one-tailed) and `p_permutation` (labels exchanged, exact for
+        small groups). Tests are NaN when a group has fewer than two replications.
+    """
+    first, second = np.asarray(first, float), np.asarray(second, float)
+    row = {
+        'replications_first': len(first),
+        'replications_second': len(second),
+        'mean_first': first.mean() if len(first) else np.nan,
+        'mean_second': second.mean() if len(second) else np.nan,
+    }
+    row['difference'] = row['mean_first'] - row['mean_second']
+    names = ('bootstrap_low', 'bootstrap_high', 'hedges_g', 'p_paper', 'p_welch', 'p_permutation')
+    row.update(dict.fromkeys(names, np.nan))
+    if min(len(first), len(second)) < 2:
+        return row
+    interval = stats.bootstrap(
+        (first, second),
+        _mean_difference,
+        n_resamples=RESAMPLES,
+        method='percentile',
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    degrees = len(first) + len(second) - 2
+    pooled = np.sqrt(
+        ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / degrees
+    )
+    row['bootstrap_low'], row['bootstrap_high'] = interval.low, interval.high
+    row['hedges_g'] = (
+        row['difference'] / pooled * (1 - 3 / (4 * degrees - 1)) if pooled > 0 else np.nan
+    )
+    row['p_paper'] = float(_p(stats.ttest_ind, first, second))
+    row['p_welch'] = float(_p(stats.ttest_ind, first, second, equal_var=False))
+    row['p_permutation'] = float(
+        stats.permutation_test(
+            (first, second),
+            _mean_difference,
+            alternative='greater',
+            n_resamples=20000,
+            rng=np.random.default_rng(0),
+        ).pvalue
+    )
+    return row
+
+
+def sign_flip(difference):
+    """One-tailed permutation test on the mean of R differences (..., R), by flipping their signs."""
+    return stats.permutation_test(
+        (np.asarray(difference, float),),
+        np.mean,
+        permutation_type='samples',
+        vectorized=True,
+        axis=-1,
+        alternative='greater',
+        n_resamples=9999,
+        rng=np.random.default_rng(0),
+    ).pvalue
+
+
+def bootstrap_interval(values):
+    """95 % percentile bootstrap interval of the mean over the last axis (replications): low, high."""
+    values = np.asarray(values, float)
+    if values.shape[-1] < 2:
+        return np.full(values.shape[:-1], np.nan), np.full(values.shape[:-1], np.nan)
+    interval = stats.bootstrap(
+        (values,),
+        np.mean,
+        axis=-1,
+        n_resamples=RESAMPLES,
+        method='percentile',
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return interval.low, interval.high
+
+
+def hedges_g(difference):
+    """Paired effect size: mean difference over its standard deviation, small-sample corrected."""
+    difference = np.asarray(difference, float)
+    degrees = difference.shape[-1] - 1
+    deviation = difference.std(axis=-1, ddof=1)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        return difference.mean(axis=-1) / deviation * (1 - 3 / (4 * degrees - 1))
+
+
+def correlation(x, y):
+    """Pearson's r of two series and its two-tailed p; NaN where a series has no variance."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    if len(x) < 3 or np.ptp(x) == 0 or np.ptp(y) == 0:
+        return np.nan, np.nan
+    result = stats.pearsonr(x, y)
+    return float(result.statistic), float(result.pvalue)
+
+
+def detectable_effect(replications):
+    """Smallest paired effect (in standard deviations) found with 80 % power at 5 %, one-tailed."""
+    if replications < 2:
+        return np.inf
+    return float(
+        TTestPower().solve_power(nobs=replications, alpha=ALPHA, power=0.8, alternative='larger')
+    )
+
+
+def caution(replications):
+    """One sentence: what this number of replications cannot show."""
+    if replications < 2:
+        return (
+            'One replication: every curve below is a description of this run; no difference '
+            'between generations or conditions can be called significant.'
+        )
+    smallest = 0.5**replications
+    sentence = (
+        f'{replications} replications: only effects of about {detectable_effect(replications):.1f} '
+        'standard deviations or more are likely (80 %) to be detected at the 5 % level'
+    )
+    if smallest > ALPHA:
+        return (
+            f'{sentence}, and the exact sign-flip test cannot fall below p = {smallest:.3g}, '
+            'so it cannot reach that level at all.'
+        )
+    return f'{sentence}; the exact sign-flip test cannot fall below p = {smallest:.3g}.'
+
+
+def _mean_difference(first, second, axis=-1):
+    return np.mean(first, axis=axis) - np.mean(second, axis=axis)
+
+
+def _p(test, first, second, **options):
+    """One-tailed p; two equal constant samples (0/0 in the statistic) are no evidence: p = 1."""
+    with warnings.catch_warnings(), np.errstate(divide='ignore', invalid='ignore'):
+        warnings.simplefilter('ignore', RuntimeWarning)
+        p = test(first, second, axis=-1, alternative='greater', **options).pvalue
+    return np.nan_to_num(p, nan=1.0)
