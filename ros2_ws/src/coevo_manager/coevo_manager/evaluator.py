@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import argparse
 import ctypes
+import fcntl
 import os
 import signal
 import socket
 import sys
+import tempfile
 import threading
 from collections.abc import Sequence
+from pathlib import Path
 
+import numpy as np
 import rclpy
 from coevo_msgs.srv import EvaluateBatch
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -18,8 +22,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from coevo_manager.core.episodes import Environment, EpisodeStream
+from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.evaluation_messages import to_batch, to_environment, to_sequence
+from neuro_controller.core.genome import GENES
 
 WAIT = 0.1
 """Longest wait for a request, s: a signal is honoured within this time."""
@@ -116,6 +121,18 @@ class EvaluatorNode(Node):
             self.get_logger().warning(f'an answer could not be sent: {error}')
 
 
+def _compile() -> None:
+    """Compile the simulation, or load it compiled; one process of a user at a time.
+
+    Whoever comes first compiles for all, and nobody answers before its own is there.
+    """
+    path = Path(tempfile.gettempdir(), f'coevo_manager_{os.getuid()}.lock')
+    genomes = np.zeros((1, GENES), np.float32)
+    with path.open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        evaluate_pairs(genomes, genomes, [0], [0], Environment(episode_ticks=1))
+
+
 def _end_with(parent: int) -> None:
     """Let the kernel end this process as soon as its parent has ended."""
     PR_SET_PDEATHSIG = 1
@@ -138,6 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(remove_ros_args(command_line)[1:])
     if options.parent:
         _end_with(options.parent)
+    _compile()
     rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
     node = EvaluatorNode()

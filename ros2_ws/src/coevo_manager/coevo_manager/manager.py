@@ -1,0 +1,169 @@
+"""The manager node: evolution as an action."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import rclpy
+import yaml
+from coevo_msgs.action import Evolve
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from coevo_manager.core.evolution import GenerationStats, RunFolderError
+from coevo_manager.evaluator_pool import EvaluationError
+from coevo_manager.run import Plan, Run, Status, make_plan, to_message
+
+
+class ManagerNode(Node):
+    """Serves the action ``evolve`` (coevo_msgs/action/Evolve), one run at a time.
+
+    Bad goals are aborted with one sentence in the result, as are failed runs; a cancelled run ends
+    within a generation and its folder can be resumed.
+
+    Parameters (ROS)
+    ----------------
+    evaluators : int
+        Evaluator processes to start for a run; 0: use running ones; -1: one for each core.
+    patience : float
+        The shortest time after which an evaluator counts as late, s.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('manager')
+        self._evaluators = self.declare_parameter('evaluators', -1)
+        self._patience = self.declare_parameter('patience', 5.0)
+        self._run: Run | None = None
+        self._thread: threading.Thread | None = None
+        self._server = ActionServer(
+            self,
+            Evolve,
+            'evolve',
+            self._execute,
+            cancel_callback=self._cancel,
+        )
+
+    @property
+    def busy(self) -> bool:
+        """Whether a run is in progress."""
+        return self._thread is not None
+
+    def stop(self) -> None:
+        """Ask the run in progress, if any, to end within a generation."""
+        if self._run is not None:
+            self._run.stop()
+
+    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        del goal
+        self.stop()
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, goal: ServerGoalHandle) -> Evolve.Result:
+        result = Evolve.Result()
+        if self.busy:
+            result.message = 'a run is in progress; cancel it or wait for its end'
+            goal.abort()
+            return result
+        # The run has a thread of its own, so that this one hears of a cancel.
+        done = Future(executor=self.executor)
+        self._thread = threading.Thread(target=self._evolve, args=(goal, result, done))
+        self._thread.start()
+        await done
+        self._thread.join()
+        self._run = self._thread = None
+        if result.success:
+            goal.succeed()
+        elif goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        return result
+
+    def _evolve(self, goal: ServerGoalHandle, result: Evolve.Result, done: Future) -> None:
+        """Fill the result; called in the run's thread."""
+        # The run waits for its clients by itself, so they must not be this node's, which is spun.
+        node = rclpy.create_node('evolution', start_parameter_services=False)
+        try:
+            plan = _read_goal(goal.request)
+            evaluators = self._evaluators.value
+            self._run = Run(
+                node,
+                plan,
+                lambda status: _tell(status, goal, result),
+                lambda message: None,
+                None if evaluators < 0 else evaluators,
+                self._patience.value,
+            )
+            if goal.is_cancel_requested:
+                self._run.stop()
+            result.path = str(plan.folder)
+            outcome = self._run.run()
+            result.success = outcome.finished
+            if not outcome.finished:
+                result.message = f'stopped on request; go on by resuming {outcome.folder}'
+        except (ValueError, RunFolderError, EvaluationError) as error:
+            result.message = str(error)
+        except Exception as error:
+            result.message = f'{type(error).__name__}: {error}'
+            self.get_logger().error(result.message)
+        finally:
+            node.destroy_node()
+            done.set_result(None)
+
+
+def _tell(status: Status, goal: ServerGoalHandle, result: Evolve.Result) -> None:
+    stats = status.stats
+    result.generations, result.phases = stats.generation, stats.phase
+    result.episodes, result.ticks = stats.episodes, stats.ticks
+    if isinstance(stats, GenerationStats):
+        result.phases -= 1  # the running one is not completed
+        goal.publish_feedback(Evolve.Feedback(stats=to_message(status)))
+
+
+def _read_goal(request: Evolve.Goal) -> Plan:
+    folder = Path(request.out) if request.out else None
+    if request.resume and (folder is None or request.configuration):
+        raise ValueError('a goal that resumes must name its folder, out, and no configuration')
+    try:
+        values: Any = yaml.safe_load(request.configuration) or {}
+    except yaml.YAMLError as error:
+        raise ValueError(f'configuration is not YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(values, dict):
+        raise ValueError(f'configuration must be a mapping, got {request.configuration!r}')
+    if request.resume:
+        return make_plan({}, request.preset, None, folder)
+    return make_plan(values, request.preset, folder, None)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the executable ``manager``; return its exit code."""
+    command_line = list(sys.argv if arguments is None else ['manager', *arguments])
+    rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: stop.set())
+    node = ManagerNode()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not stop.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    node.stop()
+    while node.busy:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
