@@ -12,6 +12,7 @@ from coevo_manager.core.configuration import (
     differences,
     load_configuration,
 )
+from coevo_manager.core.environment import Environment
 from coevo_manager.core.evolution import algorithms
 
 
@@ -29,6 +30,11 @@ def test_the_paper_preset_is_the_papers():
 
 def test_the_defaults_are_the_quick_preset():
     assert load_configuration({}) == load_configuration({}, 'quick') == Configuration()
+
+
+def test_every_condition_of_an_episode_can_be_configured():
+    names = {field.name for field in dataclasses.fields(Environment)}
+    assert names - set(FIELDS) == {'obstacle'}  # that is the field environment
 
 
 def test_given_values_replace_those_of_the_preset():

@@ -92,7 +92,7 @@ def test_killed_again_and_again(tmp_path):
                 target=go_on, args=(folder, configuration, slots)
             )
             process.start()
-            process.join(rng.uniform(0.01, 0.15))
+            process.join(rng.uniform(0.01, 0.15) + 0.01 * kills)  # a slow machine ends as well
             if process.exitcode is None:
                 process.kill()
                 kills += 1

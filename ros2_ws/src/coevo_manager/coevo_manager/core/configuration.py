@@ -53,13 +53,13 @@ class Configuration:
         'individuals',
     )
     phases: int | None = _field(
-        40,
+        100,
         'the run ends after this many phases; "none" where another budget ends it',
         'phases',
         minimum=1,
     )
     generations: int = _field(
-        50, 'generations of one phase', 'generations', minimum=1, maximum=1_000_000
+        100, 'generations of one phase', 'generations', minimum=1, maximum=1_000_000
     )
     episodes: int | None = _field(
         None, 'the run never plays more episodes than this', 'episodes', minimum=1
@@ -68,13 +68,13 @@ class Configuration:
         None, 'the run never simulates more ticks than this', 'ticks', minimum=1
     )
     swap_generations: int = _field(
-        250,
+        500,
         'the other species evolves after the phase that completes each such generation',
         'generations',
         minimum=1,
     )
     snapshot_generations: int = _field(
-        250,
+        500,
         'a snapshot after the phase that completes each such generation',
         'generations',
         minimum=1,
@@ -202,15 +202,7 @@ class Configuration:
 FIELDS = {field.name: field for field in dataclasses.fields(Configuration)}
 _TYPES = typing.get_type_hints(Configuration)
 
-PRESETS: dict[str, dict[str, Any]] = {
-    'quick': {},
-    'paper': {
-        'phases': 1500,
-        'generations': 100,
-        'swap_generations': 500,
-        'snapshot_generations': 500,
-    },
-}
+PRESETS: dict[str, dict[str, Any]] = {'quick': {}, 'paper': {'phases': 1500}}
 """What each preset changes in the defaults: ``quick`` shows learning in about a minute on two
 cores, ``paper`` is one replication of Simione and Nolfi (2019), section 3."""
 
