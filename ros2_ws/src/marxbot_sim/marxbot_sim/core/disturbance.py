@@ -6,13 +6,25 @@ from collections import namedtuple
 import numba
 import numpy as np
 
-from simd_lanes import HALF, LANES, aligned_rows
+from simd_lanes import (
+    HALF,
+    LANES,
+    aligned_rows,
+    compile_kernel,
+    fma,
+    load,
+    maximum,
+    minimum,
+    select,
+    store,
+)
 
 from .layout import (
     CAMERA,
     CONTACT,
     COSINE,
     GROUND,
+    INFRARED,
     LEFT,
     READING_ROWS,
     RIGHT,
@@ -44,17 +56,19 @@ SETTING_ROWS = 11
 
 
 _PER_NUMBER = 60 // NORMAL_BITS  # normal values from one random number
+_SENSOR_NUMBERS = -(-TOUCH // _PER_NUMBER)
 _MOTORS, _PLACE, _TURN = 8, 9, 10  # the numbers of a tick: 0 to 7 for the sensors, then these
 _PER_TICK = 16
 _SLOTS = MAX_LATENCY_TICKS + 1
 _STARTS = np.array(START_POSES)
 
-Disturbance = namedtuple('Disturbance', 'settings keys ages held queue turning rolling')
+Disturbance = namedtuple('Disturbance', 'settings keys ages noise held queue turning rolling')
 """State of the perturbations of 16 robots.
 
 settings : float32 (SETTING_ROWS, 16), by robot
 keys : uint64 (16,), of the episode's random numbers
 ages : int64 (16,), ticks since the episode's start
+noise : float32 (40, 16), what was drawn for the sensors in this tick
 held : float32 (2, 16), last command that was not lost, rad/s
 queue : float32 (22, 16), commands of the last ticks, rad/s
 turning : float32 (2, 16), speeds of the wheels, rad/s
@@ -102,8 +116,9 @@ def make_disturbance(perturbations, max_wheel_speeds):
         settings,
         np.zeros(LANES, np.uint64),
         np.zeros(LANES, np.int64),
-        aligned_rows(2),
-        aligned_rows(2 * _SLOTS),
+        aligned_rows(_PER_NUMBER * _SENSOR_NUMBERS),
+        aligned_rows(WHEEL_ROWS),
+        aligned_rows(WHEEL_ROWS * _SLOTS),
         aligned_rows(WHEEL_ROWS),
         aligned_rows(WHEEL_ROWS),
     )
@@ -117,7 +132,7 @@ def _episode_key(seed, episode, lane):
     return random_bits(random_bits(np.uint64(seed), episode), lane // HALF)
 
 
-@numba.njit(cache=True)
+@compile_kernel
 def begin(disturbance, lane, seed, episode):
     """Begin the episode of that number, an integer >= 0, in a robot's lane."""
     disturbance.keys[lane] = _episode_key(seed, episode, lane)
@@ -125,7 +140,7 @@ def begin(disturbance, lane, seed, episode):
     disturbance.held[LEFT, lane] = disturbance.held[RIGHT, lane] = 0.0
 
 
-@numba.njit(cache=True)
+@compile_kernel
 def start_pose(disturbance, lane, seed, episode):
     """Return where that episode starts for the robot of a lane: x and y in m, heading in rad."""
     key = _episode_key(seed, episode, lane)
@@ -149,30 +164,41 @@ def place(disturbance, lane, seed, episode, bodies):
     bodies[COSINE, lane], bodies[SINE, lane] = math.cos(heading), math.sin(heading)
 
 
-@numba.njit(cache=True)
+@numba.njit
+def _draw(disturbance):
+    """Draw the tick's 36 sensor values for each robot."""
+    keys, ages, noise = disturbance.keys, disturbance.ages, disturbance.noise
+    for lane in range(LANES):
+        first = ages[lane] * _PER_TICK
+        for number in range(_SENSOR_NUMBERS):
+            bits = random_bits(keys[lane], first + number)
+            for index in range(_PER_NUMBER):
+                noise[_PER_NUMBER * number + index, lane] = normal(bits, index)
+
+
+@compile_kernel
 def disturb_readings(disturbance, readings):
     """Add the tick's noise to what the robots sense, float32 (READING_ROWS, 16)."""
-    settings = disturbance.settings
-    for lane in range(LANES):
-        infrared, camera = settings[INFRARED_NOISE, lane], settings[CAMERA_NOISE, lane]
-        ground = settings[GROUND_NOISE, lane]
-        key, first = disturbance.keys[lane], disturbance.ages[lane] * _PER_TICK
-        if infrared > 0.0 or camera > 0.0 or ground > 0.0:
-            bits = np.uint64(0)
-            for row in range(TOUCH):
-                if row % _PER_NUMBER == 0:
-                    bits = random_bits(key, first + row // _PER_NUMBER)
-                noise = normal(bits, row % _PER_NUMBER)
-                value = readings[row, lane]
-                if row < CAMERA:
-                    if value <= INFRARED_RANGE:
-                        readings[row, lane] = max(value + infrared * noise, np.float32(0.0))
-                else:
-                    value += (camera if row < GROUND else ground) * noise
-                    readings[row, lane] = min(max(value, np.float32(0.0)), np.float32(1.0))
+    _draw(disturbance)
+    settings, noise = disturbance.settings, disturbance.noise
+    deviation = load(settings, INFRARED_NOISE)
+    for row in range(INFRARED, CAMERA):
+        true = load(readings, row)
+        noisy = maximum(fma(deviation, load(noise, row), true), 0.0)
+        store(readings, row, select(true > INFRARED_RANGE, true, noisy))
+    _disturb_fractions(settings, CAMERA_NOISE, noise, readings, CAMERA, GROUND)
+    _disturb_fractions(settings, GROUND_NOISE, noise, readings, GROUND, TOUCH)
 
 
-@numba.njit(cache=True)
+@numba.njit
+def _disturb_fractions(settings, setting, noise, readings, first, end):
+    deviation = load(settings, setting)
+    for row in range(first, end):
+        noisy = fma(deviation, load(noise, row), load(readings, row))
+        store(readings, row, minimum(maximum(noisy, 0.0), 1.0))
+
+
+@compile_kernel
 def disturb_wheels(disturbance, commands):
     """Set how the wheels turn, and the robots move, in this tick; the next call is the next tick.
 

@@ -8,12 +8,11 @@ kernel as under kinematic physics.
 
 import math
 
-import numba
 import numpy as np
 import pymunk
 from pymunk import batch
 
-from simd_lanes import HALF, LANES, aligned_rows
+from simd_lanes import HALF, LANES, aligned_rows, compile_kernel
 
 from .layout import BODY_ROWS, CONTACT, COSINE, LEFT, RIGHT, SINE, WHEEL_ROWS, X, Y
 from .parameters import (
@@ -70,7 +69,7 @@ _STATE = (
 _FORCE = batch.BodyFields.FORCE | batch.BodyFields.TORQUE
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _drive(state, wheels, forces):
     """Set the force and torque of the wheels on each body during the coming sub-step.
 
@@ -107,7 +106,7 @@ def _drive(state, wheels, forces):
         forces[body, 2] = 0.5 * WHEEL_SEPARATION * (push_right - push_left) / _STEP
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _account(before, after, forces, impulses, captured):
     """Add what contacts did in a sub-step, and note which robots touched during it.
 
@@ -130,7 +129,7 @@ def _account(before, after, forces, impulses, captured):
             captured[arena] = True
 
 
-@numba.njit(nogil=True, cache=True)
+@compile_kernel
 def _report(state, impulses, bodies):
     """Write poses and contacts to the lanes."""
     for body in range(len(state)):
@@ -273,7 +272,7 @@ class PymunkWorld(World):
     arena : Arena
     """
 
-    def __init__(self, arena=Arena()):  # noqa: B008  frozen
+    def __init__(self, arena=Arena()):
         self._arenas = PymunkArenas(arena, 1, pushing=True)
         super().__init__(arena)
 
