@@ -88,7 +88,7 @@ def test_outcomes_of_whole_episodes(obstacle, motor_map):
 
     Recurrent networks can be chaotic; such pairs must be few.
     """
-    n, tries = 100, 2
+    n, tries = 100, 1
     predators, prey = genomes(n, 2)
     rng = np.random.default_rng(3)
     starts = START + np.concatenate(
