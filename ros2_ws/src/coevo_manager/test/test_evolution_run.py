@@ -1,10 +1,13 @@
 """Whole runs of the core against the real episodes."""
 
 import csv
+import hashlib
 import json
 import random
+import re
 import threading
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -306,3 +309,36 @@ def test_a_folder_that_holds_something_is_refused(tmp_path):
     with pytest.raises(RunFolderError, match=r'cannot write .*: Not a directory'):
         Evolution(configuration, evaluator, tmp_path / 'run' / 'run.json' / 'x')
     assert contents(tmp_path) == before
+
+
+def documented(title):
+    """Names in the first column of a table of docs/formats.md."""
+    text = (Path(__file__).parents[4] / 'docs' / 'formats.md').read_text()
+    section = text.split(f'## {title}')[1].split('\n## ')[0]
+    first = [line.split('|')[1] for line in section.splitlines() if line.startswith('| `')]
+    return [name for cell in first for name in re.findall('`(\\w+)`', cell)]
+
+
+def test_the_formats_are_as_documented(tmp_path):
+    """Everything reads with NumPy and the standard library, as docs/formats.md says."""
+    folder = tmp_path / 'run'
+    run(folder, configure(algorithm='hall_of_fame'))
+    for log in ('generations.csv', 'phases.csv'):
+        assert list(table(folder / log)[0]) == documented(log)
+    with np.load(folder / 'snapshots' / 'gen_000012.npz', allow_pickle=False) as file:
+        assert sorted(file.files) == sorted(documented('snapshots'))
+        assert (file['version'], file['generation']) == (1, 12)
+        kinds = {file[name].dtype.name for name in ('predators', 'prey', 'fitness')}
+        assert kinds == {'float32'}
+    with np.load(folder / 'checkpoint' / 'phase_000004.npz', allow_pickle=False) as file:
+        arrays = dict(file)
+    assert sorted(arrays) == sorted(documented('checkpoint'))
+    digest = hashlib.sha256()
+    for name in sorted(set(arrays) - {'sha256'}):
+        array = arrays[name]
+        digest.update(f'{name} {array.dtype.str} {array.shape}\n'.encode() + array.tobytes('C'))
+    assert arrays['sha256'] == digest.hexdigest()
+    assert arrays['generations_size'] == (folder / 'generations.csv').stat().st_size
+    assert arrays['algorithm_hall_predator'].shape == (1 + 2, 442)
+    names = {'run.json', 'generations.csv', 'phases.csv', 'report.md', 'run.log'}
+    assert names | {'snapshots', 'checkpoint'} == {path.name for path in folder.iterdir()}

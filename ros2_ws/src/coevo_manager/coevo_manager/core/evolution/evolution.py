@@ -172,14 +172,14 @@ class Evolution:
         )
 
     def _run_phase(self, state: State, generations: int) -> None:
-        """Evolve the evolving species for one phase, replace, swap where due, and save."""
+        """Evolve one species for one phase, choose who stays, swap where due, and save."""
         configuration, species = self.configuration, state.evolving
         opponents = self._algorithm.opponents(
             state, generator(configuration.seed, 'opponents', state.phase + 1)
         )
         against = self._fitness_against(state, opponents)
-        chosen = self._algorithm.agents(against)
         training = against.sum(axis=1, dtype=np.int64)
+        chosen = self._algorithm.agents(against)
         phase = Phase(
             state.phase + 1,
             species,
@@ -188,48 +188,28 @@ class Evolution:
             training[chosen],
             opponents.genomes,
         )
-        log: list[GenerationStats] = []
-        predator_fitness, prey_fitness = (state.mean_fitness(species) for species in SPECIES)
-
-        def on_generation(generation: Generation) -> None:
-            state.generation += 1
-            state.episodes += self._budget.generation
-            state.ticks += generation.ticks
-            stats = GenerationStats(
-                state.generation,
-                phase.number,
-                species,
-                float(generation.fitness.mean()),
-                float(generation.fitness.min()),
-                float(generation.fitness.max()),
-                generation.accepted,
-                state.episodes,
-                state.ticks,
-                predator_fitness,
-                prey_fitness,
-                self._progress(state),
-            )
-            log.append(stats)
-            self._observe(stats)
-
         before = state.generation
+        log: list[GenerationStats] = []
+        means = tuple(state.mean_fitness(species) for species in SPECIES)
         evolved, evolved_training = evolve(
-            phase, configuration, self._evaluator, self._stop, on_generation
+            phase,
+            configuration,
+            self._evaluator,
+            self._stop,
+            lambda generation: log.append(self._count(state, phase, generation, means)),
         )
         rows = self._evaluate(state, species, evolved, state.genomes(other(species)))
         if configuration.replacement == 'evolved':
             places, retained = chosen, np.arange(len(chosen))
         else:
+            new = fitness_of(species, rows, state.episode_ticks)
             contest = Contest(
-                np.concatenate(
-                    (state.fitness(species), fitness_of(species, rows, state.episode_ticks))
-                ),
+                np.concatenate((state.fitness(species), new)),
                 np.concatenate((training, evolved_training)),
                 state.episode_ticks,
             )
-            places, retained = replacements(
-                self._algorithm.scores(contest), configuration.population
-            )
+            scores = self._algorithm.scores(contest)
+            places, retained = replacements(scores, configuration.population)
         state.replace(places, evolved[retained], rows[retained])
         state.phase = phase.number
         self._algorithm.remember(state, species)
@@ -238,6 +218,30 @@ class Evolution:
         last = not self._budget.generations_left(state)
         due = _crossed(before, state.generation, configuration.snapshot_generations)
         self._save(state, log, species, len(retained), snapshot=due or last)
+
+    def _count(
+        self, state: State, phase: Phase, generation: Generation, means: tuple[float, ...]
+    ) -> GenerationStats:
+        """Add a completed generation to the run's cost and tell the observer."""
+        state.generation += 1
+        state.episodes += self._budget.generation
+        state.ticks += generation.ticks
+        stats = GenerationStats(
+            state.generation,
+            phase.number,
+            phase.species,
+            float(generation.fitness.mean()),
+            float(generation.fitness.min()),
+            float(generation.fitness.max()),
+            generation.accepted,
+            state.episodes,
+            state.ticks,
+            means[0],
+            means[1],
+            self._progress(state),
+        )
+        self._observe(stats)
+        return stats
 
     def _fitness_against(self, state: State, opponents: Opponents) -> np.ndarray:
         """Return the incumbents' fitness against the opponents, (N, m), in ticks."""
