@@ -57,11 +57,11 @@ def logistic(x):
     x = minimum(maximum(x, -30.0), 30.0)
     shifted = fma(x, -_LOG2_E, _INTEGER_SHIFT)
     f = fma(x, -_LOG2_E, _INTEGER_SHIFT - shifted)
-    power = fma(f, 0.0013276470, 0.0096755416)
-    power = fma(power, f, 0.055507133)
-    power = fma(power, f, 0.24022120)
-    power = fma(power, f, 0.69314697)
-    power = fma(power, f, 1.0000001)
+    square = f * f
+    high = fma(f, 0.0013276470, 0.0096755416)
+    middle = fma(f, 0.055507133, 0.24022120)
+    low = fma(f, 0.69314697, 1.0000001)
+    power = fma(fma(high, square, middle), square, low)
     return reciprocal(1.0 + add_exponent(power, shifted))
 
 

@@ -22,8 +22,7 @@ __all__ = [
 ]
 
 _CHUNK = 512
-"""Episodes a thread takes at a time: enough to keep its lanes full, few enough for all to end
-together."""
+"""Episodes a thread takes at a time, at most: few enough for all to end together."""
 
 
 def evaluate_pairs(
@@ -152,13 +151,14 @@ def _run(predators, prey, predator_index, prey_index, environment, threads, meas
 
     count = len(predator_index)
     ticks, complexity = np.empty(count, np.int32), np.empty((count, 2), np.float32)
-    chunks = iter(range(0, count, _CHUNK))
+    chunk = _CHUNK if threads == 1 else min(_CHUNK, max(1, count // (4 * threads)))
+    chunks = iter(range(0, count, chunk))
 
     def work():
         stream = EpisodeStream(environment, measure)
         for start in chunks:
             _submit_chunk(
-                stream, slice(start, start + _CHUNK), predators, prey, predator_index, prey_index
+                stream, slice(start, start + chunk), predators, prey, predator_index, prey_index
             )
             if stream.pending > 1:
                 keep(stream.advance())
@@ -169,7 +169,7 @@ def _run(predators, prey, predator_index, prey_index, environment, threads, meas
         for part, part_ticks, part_complexity in results:
             ticks[part], complexity[part] = part_ticks, part_complexity
 
-    workers = min(threads, -(-count // _CHUNK))
+    workers = min(threads, -(-count // chunk))
     if workers <= 1:
         work()
     else:
