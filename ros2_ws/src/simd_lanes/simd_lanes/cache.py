@@ -26,8 +26,8 @@ def compile_kernel(function):
         The compiled function; the function itself where ``NUMBA_DISABLE_JIT`` is set.
     """
     dispatcher = numba.njit(nogil=True)(function)
-    if not numba.config.DISABLE_JIT:
-        dispatcher._cache = _KernelCache(function)
+    if dispatcher is not function:
+        dispatcher._cache = _KernelCache(function)  # type: ignore[attr-defined]
     return dispatcher
 
 
