@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import array
-import dataclasses
 
 import numpy as np
 from coevo_msgs.msg import Environment as EnvironmentMsg
+from coevo_msgs.msg import Perturbations as PerturbationsMsg
 from coevo_msgs.srv import EvaluateBatch
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.evaluation import Batch
+from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import GENES, check_genomes
-
-_FIELDS = [field.name for field in dataclasses.fields(Environment)]
 
 
 def to_sequence(values: np.ndarray, typecode: str) -> array.array:
@@ -65,13 +64,8 @@ def _to_index(sequence: array.array, count: int, name: str) -> np.ndarray:
 
 
 def to_environment_message(environment: Environment) -> EnvironmentMsg:
-    """Return the message of an environment; its fields have the same names."""
-    types = EnvironmentMsg.get_fields_and_field_types()
-    message = EnvironmentMsg()
-    for name in _FIELDS:
-        value = getattr(environment, name)
-        setattr(message, name, float(value) if types[name] == 'double' else value)
-    return message
+    """Return the message of an environment."""
+    return _to_message(environment, EnvironmentMsg)
 
 
 def to_environment(message: EnvironmentMsg) -> Environment:
@@ -82,6 +76,24 @@ def to_environment(message: EnvironmentMsg) -> Environment:
     ValueError
         A field is out of its range.
     """
-    values = {name: getattr(message, name) for name in _FIELDS}
+    values = _to_values(message)
     values['predator_speed'] = values['predator_speed'] or None
+    values['perturbations'] = Perturbations(**_to_values(message.perturbations))
     return Environment(**values)
+
+
+def _to_message(parameters, kind: type):
+    """Return the message of a dataclass whose fields have the same names."""
+    message = kind()
+    for name, type_name in kind.get_fields_and_field_types().items():
+        value = getattr(parameters, name)
+        if type_name == 'double':
+            value = float(value)
+        elif type_name == 'coevo_msgs/Perturbations':
+            value = _to_message(value, PerturbationsMsg)
+        setattr(message, name, value)
+    return message
+
+
+def _to_values(message) -> dict:
+    return {name: getattr(message, name) for name in message.get_fields_and_field_types()}

@@ -25,7 +25,7 @@ NOISY = Perturbations(
 
 def sensed(perturbations, ticks, episode=0, readings=READINGS):
     robots = PerturbedRobots(perturbations, SPEEDS)
-    robots.begin(episode)
+    robots.begin((episode, episode))
     result = []
     for _ in range(ticks):
         result.append(robots.sense(readings))
@@ -37,7 +37,7 @@ def driven(perturbations, commands, episode=0):
     """Return how wheels turn and robots roll, (ticks, 2, 2) each, when both get the same
     commands."""
     robots = PerturbedRobots(perturbations, SPEEDS)
-    robots.begin(episode)
+    robots.begin((episode, episode))
     pairs = [robots.drive([command, command]) for command in commands]
     return [np.array(part) for part in zip(*pairs, strict=True)]
 
@@ -139,7 +139,7 @@ def test_one_robot_alone_can_be_imperfect():
     noisy = sensed(own, 3)
     np.testing.assert_array_equal(noisy[:, 0], np.broadcast_to(READINGS[0], (3, 37)))
     assert (noisy[:, 1] != READINGS[1]).mean() > 0.8
-    starts = PerturbedRobots(own, SPEEDS).starts(2)
+    starts = PerturbedRobots(own, SPEEDS).starts((2, 2))
     assert tuple(starts[0]) == START_POSES[0]
     assert tuple(starts[1]) != START_POSES[1]
     turning, _ = driven(own, [(5, 5)])
@@ -151,7 +151,7 @@ def test_starts_fill_a_disc_and_never_touch_anything():
     widest = Perturbations(start_displacement=0.35, start_rotation=math.pi)
     robots = PerturbedRobots(widest, SPEEDS)
     world = World(Arena(obstacle=True))
-    starts = np.array([robots.starts(episode) for episode in range(2000)])
+    starts = np.array([robots.starts((episode, episode)) for episode in range(2000)])
     for poses in starts:
         world.reset(poses)
     away = starts - START_POSES
@@ -166,9 +166,9 @@ def test_starts_fill_a_disc_and_never_touch_anything():
 def test_off_leaves_the_arrays_alone():
     assert not Perturbations(seed=5, robots='prey').active
     robots = PerturbedRobots(Perturbations(seed=5), SPEEDS)
-    robots.begin(3)
+    robots.begin((3, 3))
     assert robots.sense(READINGS) is READINGS
-    assert robots.starts(3) == START_POSES
+    assert robots.starts((3, 3)) == START_POSES
     turning, rolling = robots.drive([(1.5, 2), (3, 4)])
     assert turning is rolling
     np.testing.assert_array_equal(turning, [(1.5, 2), (3, 4)])

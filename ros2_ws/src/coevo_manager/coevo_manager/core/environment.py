@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 
 from marxbot_sim.core.parameters import PREDATOR_WHEEL_SPEED, PREY_WHEEL_SPEED, Arena
+from marxbot_sim.core.perturbations import PERFECT, Perturbations
+from marxbot_sim.core.physics import PHYSICS
 from neuro_controller.core.controller import MAX_WHEEL_SPEED, MOTOR_MAPS
 
 MAX_EPISODE_TICKS = 1_000_000
@@ -28,6 +30,12 @@ class Environment:
         Length of an episode, ticks of 0.1 s, 1 to 1,000,000.
     wall_friction : float
         Coulomb coefficient at walls and obstacle, at least 0.
+    physics : str
+        'kinematic' (exact motion, compiled) or 'pymunk' (rigid bodies, far slower).
+    perturbations : Perturbations
+        How far the robots are from perfect. Each robot's random numbers depend on the seed of the
+        perturbations and on its opponent's genome: two genomes that are compared against the same
+        opponent meet the same noise and the same start (common random numbers).
 
     Raises
     ------
@@ -41,6 +49,8 @@ class Environment:
     prey_speed: float = PREY_WHEEL_SPEED
     episode_ticks: int = 1000
     wall_friction: float = 0.5
+    physics: str = 'kinematic'
+    perturbations: Perturbations = PERFECT
 
     def __post_init__(self):
         if self.predator_speed is None:
@@ -74,6 +84,10 @@ class Environment:
             'a number of at least 0',
             lambda v: 0.0 <= v < math.inf,
         )
+        if self.physics not in PHYSICS:
+            raise ValueError(f'physics is {self.physics!r}, expected one of {", ".join(PHYSICS)}')
+        if not isinstance(self.perturbations, Perturbations):
+            raise ValueError(f'perturbations is {self.perturbations!r}, expected Perturbations')
 
     @property
     def arena(self):

@@ -2,6 +2,7 @@
 
 import numba
 
+from marxbot_sim.core.disturbance import begin_at, disturb_readings, disturb_wheels
 from marxbot_sim.core.layout import LEFT, RIGHT
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
@@ -17,17 +18,43 @@ COMPLEXITY_ROWS = 3
 
 
 @numba.njit(forceinline=True)
-def tick(
-    bodies, arena, obstacle, readings, weights, settings, memory, history, slot, inputs, wheels
+def decide(
+    bodies,
+    arena,
+    obstacle,
+    readings,
+    weights,
+    settings,
+    memory,
+    history,
+    slot,
+    inputs,
+    wheels,
+    disturbance,
 ):
-    """Advance eight episodes by one tick and return where the prey was captured, as lane bits."""
+    """Let the robots of eight episodes sense and set their wheels.
+
+    With ``disturbance`` None, a type of its own, this is compiled as if perturbations did not
+    exist; otherwise ``disturbance.rolling`` has the wheel speeds with which the robots move.
+    """
     sense(bodies, arena, obstacle, readings)
+    if disturbance is not None:
+        disturb_readings(disturbance, readings)
     control(readings, weights, settings, memory, history, slot, inputs, wheels)
+    if disturbance is not None:
+        disturb_wheels(disturbance, wheels)
+
+
+@numba.njit(forceinline=True)
+def _move(bodies, wheels, arena, obstacle, disturbance):
+    """Move the robots of eight episodes; return where the prey was captured, as lane bits."""
+    if disturbance is not None:
+        return lane_bits(move(bodies, disturbance.rolling, arena, obstacle))
     return lane_bits(move(bodies, wheels, arena, obstacle))
 
 
 @numba.njit(forceinline=True)
-def _add_variation(wheels, complexity):
+def add_variation(wheels, complexity):
     """Add how much both desired speeds changed since the last tick (paper section 4)."""
     left, right = load(wheels, LEFT), load(wheels, RIGHT)
     advance, turn = (left + right) * 0.5, (right - left) * 0.5
@@ -40,7 +67,7 @@ def _add_variation(wheels, complexity):
 
 
 @numba.njit
-def _start_episode(lane, genome, start, bodies, weights, memory, complexity):
+def start_robot(lane, genome, start, bodies, weights, memory, complexity):
     """Put a robot at its start, at rest, with that genome's weights in its lane."""
     for row in range(bodies.shape[0]):
         bodies[row, lane] = start[row, lane]
@@ -72,7 +99,10 @@ def run_episodes(
     complexity,
     measure,
     episode_ticks,
+    disturbance,
+    seed,
     genomes,
+    genome_number,
     predator_row,
     prey_row,
     request,
@@ -96,8 +126,12 @@ def run_episodes(
         Whether to sum the behaviours' variation.
     episode_ticks : int
         Length of an episode that no capture ends.
-    genomes : float32 array, shape (g, 442), g a power of two
-        Ring of weights.
+    disturbance : marxbot_sim.core.disturbance.Disturbance or None
+        State of the lanes' perturbations; None where there are none.
+    seed : int
+        Seed of the perturbations.
+    genomes, genome_number : float32 array, shape (g, 442), and uint64 array, shape (g,)
+        Rings of weights and of their opponents' episode numbers, g a power of two.
     predator_row, prey_row, request : int64 arrays, shape (e,), e a power of two
         Ring of episodes: the rows of `genomes`, modulo g, and the request that asked.
     unfinished : int64 array, shape (r,), r a power of two
@@ -123,8 +157,13 @@ def run_episodes(
                 row = first & episode_mask
                 predator = genomes[predator_row[row] & genome_mask]
                 prey = genomes[prey_row[row] & genome_mask]
-                _start_episode(pair, predator, start, bodies, weights, memory, complexity)
-                _start_episode(pair + HALF, prey, start, bodies, weights, memory, complexity)
+                start_robot(pair, predator, start, bodies, weights, memory, complexity)
+                start_robot(pair + HALF, prey, start, bodies, weights, memory, complexity)
+                if disturbance is not None:
+                    number = genome_number[predator_row[row] & genome_mask]
+                    begin_at(disturbance, pair + HALF, seed, number, bodies)
+                    number = genome_number[prey_row[row] & genome_mask]
+                    begin_at(disturbance, pair, seed, number, bodies)
                 lane_episode[pair] = first
                 first += 1
             if lane_episode[pair] != IDLE:
@@ -135,7 +174,7 @@ def run_episodes(
         while ended == 0:
             slot = clock[0] % FATIGUE_TICKS
             clock[0] += 1
-            captured = tick(
+            decide(
                 bodies,
                 arena,
                 obstacle,
@@ -147,9 +186,11 @@ def run_episodes(
                 slot,
                 inputs,
                 wheels,
+                disturbance,
             )
+            captured = _move(bodies, wheels, arena, obstacle, disturbance)
             if measure:
-                _add_variation(wheels, complexity)
+                add_variation(wheels, complexity)
             ended = (captured | lane_bits(load(memory, TICKS) >= episode_ticks)) & busy
         for pair in range(HALF):
             if ended >> pair & 1:

@@ -4,14 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marxbot_sim.core.layout import READING_ROWS, WHEEL_ROWS
-from marxbot_sim.core.world import arena_rows, start_bodies
-from neuro_controller.core.controller import settings_column
-from neuro_controller.core.genome import GENES, SENSORS, weights_of
-from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, SETTING_ROWS
-from simd_lanes import HALF, aligned_rows
+from neuro_controller.core.genome import GENES, weights_of
 
-from .kernel import COMPLEXITY_ROWS, IDLE, run_episodes
+from .lanes import KinematicPlayer
+from .numbering import episode_numbers
+from .pymunk_player import PymunkPlayer
 
 
 class _Ring:
@@ -56,7 +53,7 @@ class _Request:
 
 
 class EpisodeStream:
-    """Runs the episodes of many requests, eight at a time, in the order in which they came.
+    """Plays the episodes of many requests in the order in which they came.
 
     A request's episodes need not start together or end together, so the lanes never idle while any
     request waits. The result of an episode depends on its two genomes and the environment alone.
@@ -70,25 +67,9 @@ class EpisodeStream:
 
     def __init__(self, environment, measure=False):
         self.environment = environment
-        self._measure = measure
-        self._lane_episode = np.full(HALF, IDLE, dtype=np.int64)
-        self._clock = np.zeros(1, dtype=np.int64)
-        self._start = start_bodies()
-        self._bodies = start_bodies()
-        self._arena = arena_rows(environment.arena)
-        self._settings = aligned_rows(SETTING_ROWS)
-        for robot, speed in enumerate(environment.max_wheel_speeds):
-            column = settings_column(speed, environment.motor_map, environment.episode_ticks)
-            self._settings[:, robot * HALF : robot * HALF + HALF] = column[:, None]
-        self._readings = aligned_rows(READING_ROWS)
-        self._weights = aligned_rows(GENES)
-        self._memory = aligned_rows(MEMORY_ROWS)
-        self._history = aligned_rows(FATIGUE_TICKS)
-        self._inputs = aligned_rows(SENSORS)
-        self._wheels = aligned_rows(WHEEL_ROWS)
-        self._complexity = aligned_rows(COMPLEXITY_ROWS)
-
-        self._genomes = _Ring(weights=(np.float32, (GENES,)))
+        player = KinematicPlayer if environment.physics == 'kinematic' else PymunkPlayer
+        self._player = player(environment, measure)
+        self._genomes = _Ring(weights=(np.float32, (GENES,)), number=(np.uint64, ()))
         self._episodes = _Ring(
             predator=(np.int64, ()),
             prey=(np.int64, ()),
@@ -119,8 +100,10 @@ class EpisodeStream:
         count = len(predator_index)
         first_genome, first_episode = self._genomes.end, self._episodes.end
         rows = self._genomes.extend(len(predators) + len(prey))
-        self._genomes['weights'][rows[: len(predators)]] = weights_of(predators)
-        self._genomes['weights'][rows[len(predators) :]] = weights_of(prey)
+        for part, genomes in ((rows[: len(predators)], predators), (rows[len(predators) :], prey)):
+            self._genomes['weights'][part] = weights_of(genomes)
+            if self.environment.perturbations.active:
+                self._genomes['number'][part] = episode_numbers(genomes)
         rows = self._episodes.extend(count)
         self._episodes['predator'][rows] = np.asarray(predator_index) + first_genome
         self._episodes['prey'][rows] = np.asarray(prey_index) + (first_genome + len(predators))
@@ -140,32 +123,8 @@ class EpisodeStream:
         list of (ticket, int32 array of shape (n,), float32 array of shape (n, 2))
             Capture ticks and complexities of the finished requests; empty if none was pending.
         """
-        self._next, finished = run_episodes(
-            self._lane_episode,
-            self._clock,
-            self._start,
-            self._bodies,
-            self._arena,
-            self.environment.obstacle,
-            self._readings,
-            self._weights,
-            self._settings,
-            self._memory,
-            self._history,
-            self._inputs,
-            self._wheels,
-            self._complexity,
-            self._measure,
-            self.environment.episode_ticks,
-            self._genomes['weights'],
-            self._episodes['predator'],
-            self._episodes['prey'],
-            self._episodes['request'],
-            self._requests['unfinished'],
-            self._episodes['ticks'],
-            self._episodes['complexity'],
-            self._next,
-            self._episodes.end,
+        self._next, finished = self._player.play(
+            self._genomes, self._episodes, self._requests['unfinished'], self._next
         )
         return self._collect() if finished else []
 

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marxbot_sim.core.world import World
+from marxbot_sim.core.disturbance import PerturbedRobots
+from marxbot_sim.core.physics import make_world
 from neuro_controller.core.controller import Controller
 
 from .environment import Environment
+from .numbering import episode_numbers
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,7 @@ class Trace:
     poses : float32 array, shape (t + 1, 2, 3)
         x and y in m and heading in rad, at the start and after each tick.
     wheels : float32 array, shape (t, 2, 2)
-        Speeds of left and right wheel, rad/s.
+        Speeds asked of left and right wheel, rad/s.
     readings : float32 array, shape (t, 2, 37)
         What the robots sensed at the start of each tick, see `marxbot_sim.core.layout`.
     inputs, hidden, outputs : float32 arrays, shapes (t, 2, 25), (t, 2, 10), (t, 2, 2)
@@ -53,18 +55,25 @@ def trace_pair(predator, prey, environment=Environment()):
     Trace
         ``ticks`` is what `evaluate_pairs` gives for this pair.
     """
-    world = World(environment.arena)
+    world = make_world(environment.physics, environment.arena)
+    robots = PerturbedRobots(environment.perturbations, environment.max_wheel_speeds)
+    opponents = episode_numbers(np.array([prey, predator]))
+    world.reset(robots.starts(opponents))
+    robots.begin(opponents)
     controllers = [
         Controller(genome, speed, environment.motor_map, environment.episode_ticks)
         for genome, speed in zip((predator, prey), environment.max_wheel_speeds, strict=True)
     ]
-    poses, wheels, readings, neurons = [world.poses], [], [], []
+    poses = [world.poses]
+    wheels: list[list[np.ndarray]] = []
+    readings: list[np.ndarray] = []
+    neurons: list[list[tuple[np.ndarray, ...]]] = []
     captured = False
     while not captured and len(wheels) < environment.episode_ticks:
-        readings.append(world.readings)
+        readings.append(robots.sense(world.readings))
         wheels.append([c.step(r) for c, r in zip(controllers, readings[-1], strict=True)])
         neurons.append([(c.inputs, c.hidden, c.outputs) for c in controllers])
-        captured = world.step(wheels[-1])
+        captured = world.step(robots.drive(wheels[-1])[1])
         poses.append(world.poses)
     inputs, hidden, outputs = (
         np.array([[robot[i] for robot in tick] for tick in neurons]) for i in range(3)

@@ -35,7 +35,7 @@ from .layout import (
     Y,
 )
 from .parameters import INFRARED_RANGE, START_POSES
-from .perturbations import MAX_LATENCY_TICKS, Perturbations
+from .perturbations import MAX_LATENCY_TICKS, PERFECT
 from .randomness import NORMAL_BITS, normal, random_bits, uniform
 from .world import ROBOT_LANES
 
@@ -96,7 +96,7 @@ def make_disturbance(perturbations, max_wheel_speeds):
     for robot, (name, speed) in enumerate(
         zip(('predator', 'prey'), max_wheel_speeds, strict=True)
     ):
-        own = p if p.robots in ('both', name) else Perturbations()
+        own = p if p.robots in ('both', name) else PERFECT
         settings[:, robot * HALF : robot * HALF + HALF] = np.array(
             [
                 own.infrared_noise,
@@ -157,8 +157,9 @@ def start_pose(disturbance, lane, seed, episode):
 
 
 @numba.njit
-def place(disturbance, lane, seed, episode, bodies):
-    """Put the robot of a lane where that episode starts, at rest."""
+def begin_at(disturbance, lane, seed, episode, bodies):
+    """Begin an episode in a robot's lane and put the robot where it starts, at rest."""
+    begin(disturbance, lane, seed, episode)
     x, y, heading = start_pose(disturbance, lane, seed, episode)
     bodies[X, lane], bodies[Y, lane], bodies[CONTACT, lane] = x, y, 0.0
     bodies[COSINE, lane], bodies[SINE, lane] = math.cos(heading), math.sin(heading)
@@ -250,17 +251,33 @@ class PerturbedRobots:
         self._readings = aligned_rows(READING_ROWS)
         self._commands = aligned_rows(WHEEL_ROWS)
 
-    def starts(self, episode=0):
-        """Return where the episode of that number starts: x and y in m, heading in rad of each."""
+    def starts(self, episodes=(0, 0)):
+        """Return where the robots start in the episodes that `begin` takes.
+
+        Returns
+        -------
+        sequence of two triples
+            x and y in m, heading in rad.
+        """
         if self._disturbance is None:
             return START_POSES
-        return [start_pose(self._disturbance, lane, self._seed, episode) for lane in ROBOT_LANES]
+        return [
+            start_pose(self._disturbance, lane, self._seed, np.uint64(episode))
+            for lane, episode in zip(ROBOT_LANES, episodes, strict=True)
+        ]
 
-    def begin(self, episode=0):
-        """Begin the episode of that number, an integer >= 0."""
+    def begin(self, episodes=(0, 0)):
+        """Begin an episode.
+
+        Parameters
+        ----------
+        episodes : sequence of two integers
+            Numbers of predator's and prey's episode, 0 to 2**64 - 1: those of equal number are
+            disturbed equally.
+        """
         if self._disturbance is not None:
-            for lane in ROBOT_LANES:
-                begin(self._disturbance, lane, self._seed, episode)
+            for lane, episode in zip(ROBOT_LANES, episodes, strict=True):
+                begin(self._disturbance, lane, self._seed, np.uint64(episode))
 
     def sense(self, readings):
         """Return what robots read whose true readings are these, float32 of shape (2, 37)."""

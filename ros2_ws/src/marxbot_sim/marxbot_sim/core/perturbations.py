@@ -105,3 +105,7 @@ class Perturbations:
             for field in fields(self)
             if field.name not in ('robots', 'seed')
         )
+
+
+PERFECT = Perturbations()
+"""Nothing is imperfect."""

@@ -6,7 +6,7 @@ from .disturbance import PerturbedRobots
 from .drive import dead_reckon
 from .layout import CONTACT
 from .parameters import PREY_WHEEL_SPEED, Arena
-from .perturbations import Perturbations
+from .perturbations import PERFECT
 from .physics import make_world
 
 ROBOTS = ('predator', 'prey')
@@ -24,7 +24,7 @@ class Simulation:
     arena : Arena
     physics : str
         'kinematic' or 'pymunk'.
-    perturbations : Perturbations
+    perturbations : marxbot_sim.core.perturbations.Perturbations
     max_wheel_speed : float
         Highest speed of a wheel with a full battery, rad/s.
 
@@ -49,7 +49,7 @@ class Simulation:
         self,
         arena=Arena(),
         physics='kinematic',
-        perturbations=Perturbations(),  # noqa: B008  frozen
+        perturbations=PERFECT,
         max_wheel_speed=PREY_WHEEL_SPEED,
     ):
         self._physics = physics
@@ -82,7 +82,7 @@ class Simulation:
     def perturb(self, perturbations):
         """Change how imperfect the robots are, from now on; starts from the next episode on."""
         self._robots = PerturbedRobots(perturbations, [self._max_wheel_speed] * len(ROBOTS))
-        self._robots.begin(max(self.episode, 0))
+        self._robots.begin([max(self.episode, 0)] * len(ROBOTS))
 
     def reset(self, poses=None):
         """Start the next episode.
@@ -112,14 +112,14 @@ class Simulation:
 
     def _begin(self, world, poses):
         episode = self.episode + 1
-        world.reset(self._robots.starts(episode) if poses is None else poses)
+        world.reset(self._robots.starts([episode] * len(ROBOTS)) if poses is None else poses)
         self._world = world
         self.episode = episode
         self.tick = 0
         self.captured = False
         self.wheels = np.zeros((2, 2), np.float32)
         self.odometry = [(0.0, 0.0, 0.0)] * len(ROBOTS)
-        self._robots.begin(episode)
+        self._robots.begin([episode] * len(ROBOTS))
         self.readings = self._robots.sense(world.readings)
 
     def step(self, commands):

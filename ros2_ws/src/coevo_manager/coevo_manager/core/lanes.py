@@ -1,0 +1,109 @@
+"""Eight episodes side by side, and how the kernel plays them under kinematic physics."""
+
+import numpy as np
+
+from marxbot_sim.core.disturbance import make_disturbance
+from marxbot_sim.core.layout import READING_ROWS, WHEEL_ROWS
+from marxbot_sim.core.world import arena_rows, start_bodies
+from neuro_controller.core.controller import settings_column
+from neuro_controller.core.genome import GENES, SENSORS
+from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, SETTING_ROWS
+from simd_lanes import HALF, aligned_rows
+
+from .kernel import COMPLEXITY_ROWS, IDLE, run_episodes
+
+
+class Lanes:
+    """The state of eight episodes, as the kernels take it; every attribute is an array of theirs.
+
+    Parameters
+    ----------
+    environment : Environment
+    bodies, wheels : float32 arrays, shapes (BODY_ROWS, 16) and (WHEEL_ROWS, 16), optional
+        Where poses are found and the speeds of the wheels put; own arrays without them.
+    """
+
+    def __init__(self, environment, bodies=None, wheels=None):
+        self.episode = np.full(HALF, IDLE, dtype=np.int64)
+        self.start = start_bodies()
+        self.bodies = start_bodies() if bodies is None else bodies
+        self.arena = arena_rows(environment.arena)
+        self.settings = aligned_rows(SETTING_ROWS)
+        for robot, speed in enumerate(environment.max_wheel_speeds):
+            column = settings_column(speed, environment.motor_map, environment.episode_ticks)
+            self.settings[:, robot * HALF : robot * HALF + HALF] = column[:, None]
+        self.readings = aligned_rows(READING_ROWS)
+        self.weights = aligned_rows(GENES)
+        self.memory = aligned_rows(MEMORY_ROWS)
+        self.history = aligned_rows(FATIGUE_TICKS)
+        self.inputs = aligned_rows(SENSORS)
+        self.wheels = aligned_rows(WHEEL_ROWS) if wheels is None else wheels
+        self.complexity = aligned_rows(COMPLEXITY_ROWS)
+        self.disturbance = make_disturbance(
+            environment.perturbations, environment.max_wheel_speeds
+        )
+
+
+class KinematicPlayer:
+    """Plays queued episodes, eight at a time, in the compiled kernel.
+
+    Parameters
+    ----------
+    environment : Environment
+    measure : bool
+        Whether to measure the complexity of the behaviours.
+    """
+
+    def __init__(self, environment, measure):
+        self._environment = environment
+        self._measure = measure
+        self._lanes = Lanes(environment)
+        self._clock = np.zeros(1, dtype=np.int64)
+
+    def play(self, genomes, episodes, unfinished, first):
+        """Play until a request is finished or no episode is left.
+
+        Parameters
+        ----------
+        genomes, episodes : rings of `stream`
+        unfinished : int64 array, shape (r,), r a power of two
+            Episodes left of each request, by its number modulo r.
+        first : int
+            Number of the next episode to start.
+
+        Returns
+        -------
+        (int, bool)
+            Number of the next episode to start, and whether a request was finished.
+        """
+        lanes = self._lanes
+        return run_episodes(
+            lanes.episode,
+            self._clock,
+            lanes.start,
+            lanes.bodies,
+            lanes.arena,
+            self._environment.obstacle,
+            lanes.readings,
+            lanes.weights,
+            lanes.settings,
+            lanes.memory,
+            lanes.history,
+            lanes.inputs,
+            lanes.wheels,
+            lanes.complexity,
+            self._measure,
+            self._environment.episode_ticks,
+            lanes.disturbance,
+            self._environment.perturbations.seed,
+            genomes['weights'],
+            genomes['number'],
+            episodes['predator'],
+            episodes['prey'],
+            episodes['request'],
+            unfinished,
+            episodes['ticks'],
+            episodes['complexity'],
+            first,
+            episodes.end,
+        )

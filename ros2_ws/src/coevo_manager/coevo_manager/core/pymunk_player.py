@@ -1,0 +1,162 @@
+"""Episodes under rigid-body physics: the compiled sensors and controllers, moved by pymunk."""
+
+import numpy as np
+
+from marxbot_sim.core.disturbance import begin, start_pose
+from marxbot_sim.core.parameters import START_POSES
+from marxbot_sim.core.pymunk_world import PymunkArenas
+from neuro_controller.core.network import FATIGUE_TICKS, TICKS
+from simd_lanes import HALF, compile_kernel
+
+from .kernel import IDLE, VARIATION, add_variation, decide, start_robot
+from .lanes import Lanes
+
+ARENAS = 32
+"""Arenas in a space: more wait for each other's collision search, fewer for Python."""
+
+
+@compile_kernel
+def _start(lane, genome, start, bodies, weights, memory, complexity):
+    start_robot(lane, genome, start, bodies, weights, memory, complexity)
+
+
+@compile_kernel
+def _decide(
+    bodies,
+    arena,
+    obstacle,
+    readings,
+    weights,
+    settings,
+    memory,
+    history,
+    slot,
+    inputs,
+    wheels,
+    disturbance,
+    complexity,
+):
+    decide(
+        bodies,
+        arena,
+        obstacle,
+        readings,
+        weights,
+        settings,
+        memory,
+        history,
+        slot,
+        inputs,
+        wheels,
+        disturbance,
+    )
+    add_variation(wheels, complexity)
+
+
+class PymunkPlayer:
+    """Plays queued episodes, 32 at a time; what it offers is that of `KinematicPlayer`.
+
+    Parameters
+    ----------
+    environment : Environment
+    measure : bool
+        Whether to report the complexity of the behaviours.
+    """
+
+    def __init__(self, environment, measure):
+        self._environment = environment
+        self._measure = measure
+        self._arenas = PymunkArenas(environment.arena, ARENAS)
+        self._commands = [np.zeros_like(wheels) for wheels in self._arenas.wheels]
+        self._blocks = [
+            Lanes(environment, bodies, wheels)
+            for bodies, wheels in zip(self._arenas.bodies, self._commands, strict=True)
+        ]
+        self._clock = 0
+
+    def play(self, genomes, episodes, unfinished, first):
+        """Play until a request is finished or no episode is left, see `KinematicPlayer.play`."""
+        finished = False
+        while True:
+            first = self._fill(genomes, episodes, first)
+            busy = np.array([block.episode for block in self._blocks]) != IDLE
+            if finished or not busy.any():
+                return first, finished
+            ended = np.zeros_like(busy)
+            while not ended.any():
+                ended = self._tick() & busy
+            for block, pair in np.argwhere(ended):
+                lanes = self._blocks[block]
+                row = lanes.episode[pair] % len(episodes['request'])
+                ticks = int(lanes.memory[TICKS, pair])
+                episodes['ticks'][row] = ticks
+                if self._measure:
+                    variation = lanes.complexity[VARIATION, [pair, pair + HALF]]
+                    episodes['complexity'][row] = variation.astype(np.float64) / (2 * ticks)
+                asker = episodes['request'][row] % len(unfinished)
+                unfinished[asker] -= 1
+                finished = finished or unfinished[asker] == 0
+                lanes.episode[pair] = IDLE
+
+    def _fill(self, genomes, episodes, first):
+        """Start waiting episodes where none is running; return the number of the next."""
+        for number, lanes in enumerate(self._blocks):
+            for pair in np.flatnonzero(lanes.episode == IDLE):
+                if first == episodes.end:
+                    return first
+                row = first % len(episodes['request'])
+                players = [
+                    episodes[species][row] % len(genomes['number'])
+                    for species in ('predator', 'prey')
+                ]
+                poses = self._begin(lanes, pair, genomes, players)
+                self._arenas.place(number * HALF + pair, poses)
+                lanes.episode[pair] = first
+                first += 1
+        return first
+
+    def _begin(self, lanes, pair, genomes, players):
+        """Put two genomes in their lanes and return where the robots start."""
+        poses = list(START_POSES)
+        for robot, player in enumerate(players):
+            lane = pair + robot * HALF
+            _start(
+                lane,
+                genomes['weights'][player],
+                lanes.start,
+                lanes.bodies,
+                lanes.weights,
+                lanes.memory,
+                lanes.complexity,
+            )
+            if lanes.disturbance is not None:
+                key = self._environment.perturbations.seed, genomes['number'][players[1 - robot]]
+                begin(lanes.disturbance, lane, *key)
+                poses[robot] = start_pose(lanes.disturbance, lane, *key)
+        return poses
+
+    def _tick(self):
+        """Make a tick in all arenas; return where an episode would end, shape (blocks, 8)."""
+        slot = self._clock % FATIGUE_TICKS
+        self._clock += 1
+        for lanes, wheels in zip(self._blocks, self._arenas.wheels, strict=True):
+            _decide(
+                lanes.bodies,
+                lanes.arena,
+                self._environment.obstacle,
+                lanes.readings,
+                lanes.weights,
+                lanes.settings,
+                lanes.memory,
+                lanes.history,
+                slot,
+                lanes.inputs,
+                lanes.wheels,
+                lanes.disturbance,
+                lanes.complexity,
+            )
+            moved = lanes.wheels if lanes.disturbance is None else lanes.disturbance.rolling
+            wheels[:] = moved
+        captured = self._arenas.step().reshape(-1, HALF)
+        ticks = np.array([lanes.memory[TICKS, :HALF] for lanes in self._blocks])
+        return captured | (ticks >= self._environment.episode_ticks)
