@@ -126,6 +126,7 @@ class Evolution:
         report = ''
         try:
             if self._state is None:
+                self.log('started')
                 self._state = self._first_state()
             while generations := self._budget.generations_left(self._state):
                 self._run_phase(self._state, generations)
@@ -283,6 +284,7 @@ class Evolution:
             self._progress(state),
         )
         self._folder.save(self.configuration, state, self._algorithm, generations, stats, snapshot)
+        self.log(f'completed phase {state.phase}, generation {state.generation}')
         self._observe(stats)
 
     def _report(self, state: State) -> str:
