@@ -14,6 +14,7 @@ from coevo_manager.core.configuration import (
 )
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.evolution import algorithms
+from marxbot_sim.core.perturbations import Perturbations
 
 
 def test_the_paper_preset_is_the_papers():
@@ -34,7 +35,27 @@ def test_the_defaults_are_the_quick_preset():
 
 def test_every_condition_of_an_episode_can_be_configured():
     names = {field.name for field in dataclasses.fields(Environment)}
-    assert names - set(FIELDS) == {'obstacle'}  # that is the field environment
+    assert names - set(FIELDS) == {'obstacle', 'perturbations'}
+    imperfect = Perturbations(
+        **dict.fromkeys(('wheel_radius_scale', 'wheel_separation_scale'), 1.1),
+        **dict.fromkeys(('infrared_noise', 'camera_noise', 'ground_noise'), 0.02),
+        motor_noise=0.05,
+        latency_ticks=2,
+        battery=0.9,
+        command_loss=0.1,
+        start_displacement=0.2,
+        start_rotation=1.0,
+        robots='prey',
+        seed=5,
+    )
+    values = dataclasses.asdict(imperfect)
+    values['perturbed_robots'] = values.pop('robots')
+    values['perturbation_seed'] = values.pop('seed')
+    assert all(FIELDS[name].default != value for name, value in values.items())
+    configuration = load_configuration({'physics': 'pymunk', 'wall_friction': 0.1, **values})
+    environment = configuration.make_environment()
+    assert environment == Environment(physics='pymunk', wall_friction=0.1, perturbations=imperfect)
+    assert not load_configuration({}).make_environment().perturbations.active
 
 
 def test_given_values_replace_those_of_the_preset():

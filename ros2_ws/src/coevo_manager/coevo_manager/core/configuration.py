@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from coevo_manager.core.environment import Environment
+from marxbot_sim.core.perturbations import LIMITS, PERFECT, ROBOTS, Perturbations
+from marxbot_sim.core.physics import PHYSICS
 
 
 def _field(default, help, unit='', minimum=0, maximum=math.inf, choices=()):
@@ -23,6 +25,11 @@ def _field(default, help, unit='', minimum=0, maximum=math.inf, choices=()):
             'choices': choices,
         },
     )
+
+
+def _perturbation(name, help, unit=''):
+    low, high = LIMITS[name]
+    return _field(getattr(PERFECT, name), help, unit, minimum=low, maximum=high)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -159,6 +166,47 @@ class Configuration:
     wall_friction: float = _field(
         0.5, 'Coulomb friction of walls and obstacle', minimum=0.0, maximum=1e6
     )
+    physics: str = _field(
+        'kinematic',
+        'exact motion, compiled; or rigid bodies, some hundred times slower',
+        choices=PHYSICS,
+    )
+
+    infrared_noise: float = _perturbation(
+        'infrared_noise', 'standard deviation of the noise on an infrared distance', 'm'
+    )
+    camera_noise: float = _perturbation(
+        'camera_noise', "standard deviation of the noise on a camera sector's fraction"
+    )
+    ground_noise: float = _perturbation(
+        'ground_noise', "standard deviation of the noise on a ground sensor's darkness"
+    )
+    motor_noise: float = _perturbation(
+        'motor_noise', "standard deviation of a wheel's speed as a fraction of it"
+    )
+    latency_ticks: int = _perturbation(
+        'latency_ticks', 'wheel commands take effect so much late', 'ticks of 0.1 s'
+    )
+    command_loss: float = _perturbation('command_loss', 'probability that a wheel command is lost')
+    battery: float = _perturbation(
+        'battery', 'share of the highest wheel speed that the battery still gives'
+    )
+    wheel_radius_scale: float = _perturbation(
+        'wheel_radius_scale', 'true radius of the wheels over the nominal one'
+    )
+    wheel_separation_scale: float = _perturbation(
+        'wheel_separation_scale', 'true distance of the wheels over the nominal one'
+    )
+    start_displacement: float = _perturbation(
+        'start_displacement', 'robots start in a disc of this radius about their place', 'm'
+    )
+    start_rotation: float = _perturbation(
+        'start_rotation', 'robots start turned by up to this angle to either side', 'rad'
+    )
+    perturbed_robots: str = _field(
+        PERFECT.robots, 'whom the eleven settings before this one affect', choices=ROBOTS
+    )
+    perturbation_seed: int = _perturbation('seed', 'seed of those that are random')
 
     def __post_init__(self) -> None:
         from coevo_manager.core.evolution import algorithms, budget, optimizers
@@ -192,7 +240,13 @@ class Configuration:
             prey_speed=self.prey_speed,
             episode_ticks=self.episode_ticks,
             wall_friction=self.wall_friction,
+            physics=self.physics,
+            perturbations=self._make_perturbations(),
         )
+
+    def _make_perturbations(self) -> Perturbations:
+        values = {name: getattr(self, name) for name in LIMITS if name != 'seed'}
+        return Perturbations(**values, robots=self.perturbed_robots, seed=self.perturbation_seed)
 
     def as_dict(self) -> dict[str, Any]:
         """Return every field by name, in the order above."""

@@ -11,6 +11,22 @@ MAX_START_DISPLACEMENT = 0.35
 """Farthest that a start may be displaced, m: the robots still stand clear of each other and of the
 obstacle."""
 
+LIMITS = {
+    'wheel_radius_scale': (0.5, 2.0),
+    'wheel_separation_scale': (0.5, 2.0),
+    'infrared_noise': (0.0, 1.0),
+    'camera_noise': (0.0, 1.0),
+    'ground_noise': (0.0, 1.0),
+    'motor_noise': (0.0, 1.0),
+    'latency_ticks': (0, MAX_LATENCY_TICKS),
+    'battery': (0.1, 1.0),
+    'command_loss': (0.0, 1.0),
+    'start_displacement': (0.0, MAX_START_DISPLACEMENT),
+    'start_rotation': (0.0, math.pi),
+    'seed': (0, 2**32 - 1),
+}
+"""Least and highest value of each number; whole numbers where these are."""
+
 
 @dataclass(frozen=True)
 class Perturbations:
@@ -76,20 +92,7 @@ class Perturbations:
     seed: int = 0
 
     def __post_init__(self):
-        for name, low, high in (
-            ('wheel_radius_scale', 0.5, 2.0),
-            ('wheel_separation_scale', 0.5, 2.0),
-            ('infrared_noise', 0.0, 1.0),
-            ('camera_noise', 0.0, 1.0),
-            ('ground_noise', 0.0, 1.0),
-            ('motor_noise', 0.0, 1.0),
-            ('latency_ticks', 0, MAX_LATENCY_TICKS),
-            ('battery', 0.1, 1.0),
-            ('command_loss', 0.0, 1.0),
-            ('start_displacement', 0.0, MAX_START_DISPLACEMENT),
-            ('start_rotation', 0.0, math.pi),
-            ('seed', 0, 2**32 - 1),
-        ):
+        for name, (low, high) in LIMITS.items():
             value, kind = getattr(self, name), 'a whole number' if type(low) is int else 'a number'
             number = isinstance(value, int if type(low) is int else int | float)
             if not number or isinstance(value, bool) or not low <= value <= high:
