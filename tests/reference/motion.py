@@ -4,6 +4,8 @@ import numpy as np
 
 from reference.sensing import BODY_RADIUS, OBSTACLE_RADIUS
 
+CONTACT_DEPTH = 1e-5
+
 WHEEL_RADIUS = 0.027
 WHEEL_SEPARATION = 0.1265
 TICK = 0.1
@@ -66,7 +68,7 @@ def slide(start, displacement, friction, obstacle, size=3.0):
     allowed = np.clip(wanted, -limit, limit)
     stopped = np.abs(wanted - allowed)
     end = start + shortened(allowed - start, friction * stopped[..., ::-1])
-    contact = stopped.max(axis=-1) > 0
+    contact = stopped.max(axis=-1) > CONTACT_DEPTH
     if obstacle:
         distance = np.hypot(end[..., 0], end[..., 1])[..., None]
         depth = BODY_RADIUS + OBSTACLE_RADIUS - distance
@@ -76,7 +78,7 @@ def slide(start, displacement, friction, obstacle, size=3.0):
         lost = along - shortened(along, friction * depth)
         inside = depth > 0
         end = np.where(inside, end + depth * normal - lost * tangent, end)
-        contact = contact | inside[..., 0]
+        contact = contact | (depth[..., 0] > CONTACT_DEPTH)
     return end, contact
 
 

@@ -22,12 +22,19 @@ from simd_lanes import (
 )
 
 from .layout import CONTACT, COSINE, HALF_SIZE, LEFT, RIGHT, SINE, WALL_FRICTION, X, Y
-from .parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, WHEEL_RADIUS, WHEEL_SEPARATION
+from .parameters import (
+    BODY_RADIUS,
+    CONTACT_DEPTH,
+    OBSTACLE_RADIUS,
+    TICK,
+    WHEEL_RADIUS,
+    WHEEL_SEPARATION,
+)
 
 _METRES_PER_SPEED = 0.5 * WHEEL_RADIUS * TICK
 _HALF_TURN_PER_SPEED = 0.5 * WHEEL_RADIUS / WHEEL_SEPARATION * TICK
 _OBSTACLE_CLEARANCE = OBSTACLE_RADIUS + BODY_RADIUS
-_HELD_AT = _OBSTACLE_CLEARANCE + 1e-7  # else rounding would be felt as contact in the next tick
+_FELT_WITHIN = _OBSTACLE_CLEARANCE - CONTACT_DEPTH
 _TOUCH_SQUARED = (2.0 * BODY_RADIUS) ** 2
 
 
@@ -104,18 +111,20 @@ def move(bodies, wheels, arena, obstacle):
     wanted_x, wanted_y = fma(chord, middle_cosine, x0), fma(chord, middle_sine, y0)
     x1, y1 = _clamp(wanted_x, limit), _clamp(wanted_y, limit)
     stopped_x, stopped_y = absolute(wanted_x - x1), absolute(wanted_y - y1)
-    contact = (stopped_x > 0.0) | (stopped_y > 0.0)
-    if any_lane(contact):
+    stopped = maximum(stopped_x, stopped_y)
+    contact = stopped > CONTACT_DEPTH
+    at_wall = stopped > 0.0
+    if any_lane(at_wall):
         slid_x = _clamp(x0 + _shorten(x1 - x0, friction * stopped_y), limit)
         slid_y = _clamp(y0 + _shorten(y1 - y0, friction * stopped_x), limit)
-        x1, y1 = select(contact, slid_x, x1), select(contact, slid_y, y1)
+        x1, y1 = select(at_wall, slid_x, x1), select(at_wall, slid_y, y1)
     if obstacle:
         centre_squared = fma(x1, x1, y1 * y1)
         inside = centre_squared < _OBSTACLE_CLEARANCE * _OBSTACLE_CLEARANCE
         if any_lane(inside):
             pushed_x, pushed_y = _push_out(x0, y0, x1, y1, centre_squared, friction)
             x1, y1 = select(inside, pushed_x, x1), select(inside, pushed_y, y1)
-            contact = contact | inside
+            contact = contact | (centre_squared < _FELT_WITHIN * _FELT_WITHIN)
 
     store(bodies, X, x1)
     store(bodies, Y, y1)
@@ -131,7 +140,7 @@ def _push_out(x0, y0, x1, y1, centre_squared, friction):
     per_distance = inverse_square_root(centre_squared)
     normal_x, normal_y = x1 * per_distance, y1 * per_distance
     stopped = _OBSTACLE_CLEARANCE - centre_squared * per_distance
-    held_x, held_y = normal_x * _HELD_AT, normal_y * _HELD_AT
+    held_x, held_y = normal_x * _OBSTACLE_CLEARANCE, normal_y * _OBSTACLE_CLEARANCE
     slide = fma(held_y - y0, normal_x, -((held_x - x0) * normal_y))
     lost = slide - _shorten(slide, friction * stopped)
     return fma(lost, normal_y, held_x), fma(-lost, normal_x, held_y)

@@ -35,6 +35,11 @@ GROUND_POSITIONS = ((0.0435, 0.049), (0.0435, -0.049), (-0.0435, 0.049), (-0.043
 OBSTACLE_RADIUS = 0.05
 """Radius of the cylinder at the centre of the arena, m (paper section 5)."""
 
+CONTACT_DEPTH = 1e-5
+"""Contact is felt where a wall or the obstacle stops more of a tick's motion than this, m: the
+threshold of the traction sensor (paper A2). A robot that turns on the spot beside a wall, pushing
+by less than float32 can tell, is free of it."""
+
 START_POSES = ((-0.5, 0.0, 0.0), (0.5, 0.0, math.pi))
 """Start of predator and prey: x and y in m, heading in rad (paper A3: facing each other)."""
 
