@@ -1,0 +1,175 @@
+"""Episodes under rigid bodies and with imperfect robots: what their results may depend on."""
+
+import dataclasses
+import hashlib
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from coevo_manager.core.episodes import (
+    Environment,
+    EpisodeStream,
+    evaluate_pairs,
+    measure_pairs,
+    trace_pair,
+)
+from coevo_manager.core.numbering import episode_numbers
+from marxbot_sim.core.parameters import START_POSES
+from marxbot_sim.core.perturbations import Perturbations
+from neuro_controller.core.genome import random_genomes
+
+IMPERFECT = Perturbations(
+    wheel_radius_scale=1.05,
+    wheel_separation_scale=0.95,
+    infrared_noise=0.005,
+    camera_noise=0.05,
+    ground_noise=0.02,
+    motor_noise=0.05,
+    latency_ticks=1,
+    battery=0.9,
+    command_loss=0.05,
+    start_displacement=0.3,
+    start_rotation=3.0,
+    seed=11,
+)
+ENVIRONMENTS = {
+    'imperfect': Environment(perturbations=IMPERFECT, episode_ticks=400),
+    'rigid': Environment(physics='pymunk', episode_ticks=150),
+    'imperfect and rigid': Environment(
+        physics='pymunk', perturbations=IMPERFECT, obstacle=True, episode_ticks=150
+    ),
+}
+N = 10
+FIRST, SECOND = np.indices((N, N)).reshape(2, -1)
+
+
+def populations(n=N, seed=0):
+    rng = np.random.default_rng(seed)
+    return random_genomes(n, rng), random_genomes(n, rng)
+
+
+@pytest.fixture(scope='module', params=ENVIRONMENTS)
+def results(request):
+    environment = ENVIRONMENTS[request.param]
+    predators, prey = populations()
+    return (
+        environment,
+        predators,
+        prey,
+        *measure_pairs(predators, prey, FIRST, SECOND, environment),
+    )
+
+
+def test_neither_order_nor_company_nor_threads_matter(results):
+    environment, predators, prey, ticks, complexity = results
+    assert len(np.unique(ticks)) > 2
+    rng = np.random.default_rng(1)
+    for size, threads in ((100, 2), (37, 1), (1, 1)):
+        order = rng.permutation(100)[:size]
+        again = measure_pairs(predators, prey, FIRST[order], SECOND[order], environment, threads)
+        np.testing.assert_array_equal(again[0], ticks[order])
+        np.testing.assert_array_equal(again[1], complexity[order])
+    np.testing.assert_array_equal(
+        evaluate_pairs(predators, prey, FIRST, SECOND, environment), ticks
+    )
+
+
+def test_a_stream_equals_the_batch_however_requests_interleave(results):
+    environment, predators, prey, ticks, _ = results
+    rng = np.random.default_rng(2)
+    rest = list(np.split(rng.permutation(100), [3, 30, 31, 70]))
+    stream, seen = EpisodeStream(environment), 0
+    while rest or stream.pending:
+        if rest:
+            part = rest.pop()
+            stream.submit(part, predators, prey, FIRST[part], SECOND[part])
+        for part, part_ticks, complexity in stream.advance():
+            np.testing.assert_array_equal(part_ticks, ticks[part])
+            assert not complexity.any()
+            seen += len(part)
+    assert seen == 100
+
+
+def test_an_episode_stepped_from_python_is_the_same(results):
+    environment, predators, prey, ticks, complexity = results
+    for k in (*np.argsort(ticks, kind='stable')[:3], 55):
+        trace = trace_pair(predators[FIRST[k]], prey[SECOND[k]], environment)
+        assert trace.ticks == ticks[k]
+        wheels = np.concatenate([np.zeros((1, 2, 2)), trace.wheels.astype(float)])
+        changes = np.abs(np.diff(wheels.mean(axis=2), axis=0))
+        changes += np.abs(np.diff((wheels[..., 1] - wheels[..., 0]) / 2, axis=0))
+        np.testing.assert_allclose(
+            changes.sum(axis=0) / (2 * trace.ticks), complexity[k], rtol=1e-4
+        )
+
+
+def test_perfect_robots_play_as_if_perturbations_did_not_exist():
+    """A change of the kernel on purpose changes these hashes; nothing else may."""
+    predators, prey = populations(24)
+    i, j = np.indices((24, 24)).reshape(2, -1)
+    for environment, known in (
+        (Environment(), '9b2bc639d04e26cb'),
+        (Environment(obstacle=True, motor_map='signed'), 'b77af6ec91ce9951'),
+    ):
+        seeded = dataclasses.replace(environment, perturbations=Perturbations(seed=7))
+        ticks, complexity = measure_pairs(predators, prey, i, j, seeded)
+        content = ticks.astype('<i4').tobytes() + complexity.astype('<f4').tobytes()
+        assert hashlib.sha256(content).hexdigest()[:16] == known
+
+
+def test_each_imperfection_alone_changes_episodes():
+    predators, prey = populations()
+    perfect = measure_pairs(predators, prey, FIRST, SECOND, Environment(episode_ticks=200))[1]
+    for field in dataclasses.fields(Perturbations):
+        if field.name in ('robots', 'seed'):
+            continue
+        alone = Perturbations(**{field.name: getattr(IMPERFECT, field.name)})
+        environment = Environment(episode_ticks=200, perturbations=alone)
+        complexity = measure_pairs(predators, prey, FIRST, SECOND, environment)[1]
+        assert (complexity != perfect).mean() > 0.05, field.name
+
+
+def test_robots_start_elsewhere_against_each_opponent_and_alike_against_the_same():
+    environment = Environment(
+        perturbations=Perturbations(start_displacement=0.3, start_rotation=1.0), episode_ticks=2
+    )
+    predators, prey = populations(3)
+
+    def start(i, j):
+        return trace_pair(predators[i], prey[j], environment).poses[0]
+
+    np.testing.assert_array_equal(start(0, 0)[0], start(1, 0)[0])
+    np.testing.assert_array_equal(start(0, 0)[1], start(0, 1)[1])
+    assert (start(0, 0)[0] != start(0, 1)[0]).all()
+    assert (start(0, 0)[1] != start(1, 0)[1]).all()
+    assert (start(0, 0) != np.array(START_POSES, np.float32)).all()
+    reseeded = dataclasses.replace(environment.perturbations, seed=1)
+    environment = dataclasses.replace(environment, perturbations=reseeded)
+    assert (trace_pair(predators[0], prey[0], environment).poses[0] != start(1, 1)).all()
+
+
+def test_episode_numbers_differ_wherever_genomes_do():
+    genomes = np.repeat(populations(1)[0], 443, axis=0)
+    genomes[np.arange(442), np.arange(442)] += np.float32(0.001)
+    assert len(np.unique(episode_numbers(genomes))) == 443
+    np.testing.assert_array_equal(episode_numbers(genomes[5:7]), episode_numbers(genomes)[5:7])
+
+
+def test_rigid_bodies_judge_robots_much_as_the_kernel_does():
+    predators, prey = populations(16, seed=3)
+    i, j = np.indices((16, 16)).reshape(2, -1)
+    ticks = [
+        evaluate_pairs(predators, prey, i, j, Environment(physics=physics, episode_ticks=200))
+        for physics in ('kinematic', 'pymunk')
+    ]
+    assert stats.spearmanr(*ticks).statistic > 0.8
+    assert (ticks[0] != ticks[1]).any()
+
+
+@pytest.mark.parametrize(
+    ('field', 'value'), [('physics', 'newton'), ('physics', None), ('perturbations', {'seed': 1})]
+)
+def test_a_wrong_environment_is_named(field, value):
+    with pytest.raises(ValueError, match=f'^{field} is .*, expected '):
+        Environment(**{field: value})
