@@ -14,7 +14,7 @@ import pytest
 
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution, PhaseStats, RunFolderError
+from coevo_manager.core.evolution import Evolution, PhaseStats, RunFolderError, checkpoint
 
 VALUES = {
     'population': 16,
@@ -79,7 +79,7 @@ def go_on(folder, configuration, slots):
 
 def test_killed_again_and_again(tmp_path):
     """kill -9 at random moments, till the run is through; in one slot and in three."""
-    configuration = load_configuration({**VALUES, 'phases': 40})
+    configuration = load_configuration({**VALUES, 'phases': 24})
     expected = run_whole(tmp_path / 'whole', configuration)
     rng = random.Random(4)
     for slots in (1, 3):
@@ -213,6 +213,15 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path):
     log = (folder / 'run.log').read_text()
     assert log.count('belongs to a run of another configuration') == 2
     assert 'resumed after phase 1,' in log
+
+
+def test_a_checkpoint_of_another_version_is_named(tmp_path, monkeypatch):
+    folder = tmp_path / 'run'
+    monkeypatch.setattr(checkpoint, 'VERSION', 2)
+    stop_after(folder, load_configuration(VALUES), 0)
+    monkeypatch.undo()
+    with pytest.raises(RunFolderError, match='has format version 2, this program reads 1'):
+        resume(folder)
 
 
 @pytest.mark.parametrize('content', [None, 'nonsense', '{}', '{"version": 9}', '[]'])

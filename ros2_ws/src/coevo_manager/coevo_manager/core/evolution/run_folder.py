@@ -33,7 +33,7 @@ PHASE_COLUMNS = (
     'episodes', 'ticks',
 )  # fmt: skip
 _LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
-_PACKAGES = ('numpy', 'numba', 'cma')
+_PACKAGES = ('coevo_manager', 'numpy', 'numba', 'cma')
 
 
 class RunFolderError(Exception):
@@ -117,10 +117,7 @@ class RunFolder:
         content = {
             'version': VERSION,
             'configuration': configuration.as_dict(),
-            'versions': {
-                'python': platform.python_version(),
-                **{name: metadata.version(name) for name in _PACKAGES},
-            },
+            'versions': _versions(),
         }
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -234,6 +231,15 @@ class RunFolder:
                 f'cannot write {self.path / name}: {error.strerror}; every phase completed '
                 f'before is safe, continue by resuming {self.path} once this is mended'
             ) from None
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of Python and of those packages that are installed as such."""
+    versions = {'python': platform.python_version()}
+    for name in _PACKAGES:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            versions[name] = metadata.version(name)
+    return versions
 
 
 def _row(stats: GenerationStats | PhaseStats, columns: tuple[str, ...]) -> str:
