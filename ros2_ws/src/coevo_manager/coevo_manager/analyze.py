@@ -13,8 +13,8 @@ def make_parser() -> argparse.ArgumentParser:
     """Make the command line."""
     parser = argparse.ArgumentParser(
         prog='coevo_manager analyze',
-        description='Turn run folders (replications, conditions, environments) into figures, tables '
-        'and one self-contained report.html.',
+        description='Turn run folders (replications, conditions, environments) into figures, '
+        'tables and one self-contained report.html.',
     )
     parser.add_argument('runs', nargs='+', metavar='RUN', type=Path, help='run folders to compare')
     parser.add_argument(

@@ -13,8 +13,8 @@ def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(
         prog='coevo_manager campaign',
-        description='Run evolution for every condition, environment and seed of a campaign file. Finished '
-        'runs are skipped, interrupted ones continue, failed ones are tried again.',
+        description='Run evolution for every condition, environment and seed of a campaign file. '
+        'Finished runs are skipped, interrupted ones continue, failed ones are tried again.',
     )
     parser.add_argument(
         'file', metavar='FILE.yaml', type=Path, help='the campaign, see docs/analysis.md'

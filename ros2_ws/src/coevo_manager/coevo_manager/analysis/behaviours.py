@@ -13,9 +13,12 @@ from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK
 
 TITLES = ('simplest', 'simple', 'median', 'complex', 'most complex')
 CAPTION = (
-    'Episodes of the last generation of the first replication at the 0th, 25th, 50th, 75th and 100th '
-    "percentile of the predator's (A) and of the prey's (B) complexity (Fig. 5). Light disc: start; dark "
-    'disc: end. Below each: translational (above) and rotational (below) wheel speed over time, rad/s. '
+    'Episodes of the last generation of the first replication at the 0th, 25th, 50th, 75th and '
+    '100th '
+    "percentile of the predator's (A) and of the prey's (B) complexity (Fig. 5). Light disc: "
+    'start; dark '
+    'disc: end. Below each: translational (above) and rotational (below) wheel speed over time, '
+    'rad/s. '
     "Solid: predator; dashed: prey. Numbers: each robot's complexity c, rad/s a tick."
 )
 

@@ -33,9 +33,10 @@ def hodge(tournament):
 
     Each generation plays both roles against every other: `margin[i, j]` is the predator fitness of
     generation i's predators against j's prey less that of j's predators against i's prey, so that
-    `margin` is antisymmetric and positive where generation i beats generation j. Its combinatorial Hodge
-    decomposition (Jiang et al. 2011; Balduzzi et al. 2018) is margin[i, j] = rating[i] - rating[j] +
-    cyclic[i, j]: progress lifts the ratings, rock-paper-scissors is all in the cyclic part.
+    `margin` is antisymmetric and positive where generation i beats generation j. Its combinatorial
+    Hodge decomposition (Jiang et al. 2011; Balduzzi et al. 2018) is margin[i, j] = rating[i] -
+    rating[j] + cyclic[i, j]: progress lifts the ratings, rock-paper-scissors is all in the cyclic
+    part.
 
     Parameters
     ----------
@@ -78,8 +79,9 @@ def path_diversity(paths):
 def profile_diversity(fitness):
     """Mean Euclidean distance between the fitness profiles (rows) of a population, per opponent.
 
-    The distance by which the generalist algorithm tells opponents apart (section 2.1), divided by the
-    square root of their number: 0 for equal profiles, 1 for profiles that differ by 1 everywhere.
+    The distance by which the generalist algorithm tells opponents apart (section 2.1), divided by
+    the square root of their number: 0 for equal profiles, 1 for profiles that differ by 1
+    everywhere.
     """
     fitness = np.asarray(fitness, float)
     if len(fitness) < 2:

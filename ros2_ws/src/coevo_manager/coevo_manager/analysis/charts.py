@@ -1,11 +1,11 @@
 """What a figure shows, apart from how it is drawn: once for print, once for the screen."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
-# Told apart by the colour-blind, and in grey: the predator is dark and solid, the prey light and dashed.
+# For the colour-blind, and in grey: the predator is dark and solid, the prey light and dashed.
 PREDATOR = '#b3341f'
 PREY = '#3b93cf'
 COLOURS = {'predator': PREDATOR, 'prey': PREY}
@@ -94,8 +94,3 @@ class Chart:
     caption: str
     rows: list[list[Panel]]
     height: float = 2.3
-    notes: list[str] = field(default_factory=list)
-
-    @property
-    def panels(self) -> list[Panel]:
-        return [panel for row in self.rows for panel in row]

@@ -1,28 +1,18 @@
-"""The figures of the paper, made from a study (section 3 to 5); `figures_beyond` has the others."""
+"""The paper's figures of fitness and progress (sections 3 and 5), made from a study."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from coevo_manager.analysis import measures, statistics
-from coevo_manager.analysis.charts import (
-    COLOURS,
-    CONDITION_COLOURS,
-    CONDITION_MARKERS,
-    MARKERS,
-    Bars,
-    Chart,
-    Heat,
-    Line,
-    Panel,
-    Points,
-)
+from coevo_manager.analysis.charts import COLOURS, Bars, Chart, Heat, Line, Panel
+from coevo_manager.analysis.cross import paper_cross_values
+from coevo_manager.analysis.figures_complexity import complexity_figure, correlation_figure
+from coevo_manager.analysis.marks import INTERVAL, PLURAL, in_rows, slug_of, species_line
 from coevo_manager.analysis.measures import SPECIES, performance
 from coevo_manager.analysis.study import OTHER, Replications, Study
 
 WINDOW = 5000  # generations shown of the beginning and of the end (Fig. 1)
-INTERVAL = 'Bands and bars: 95 % bootstrap intervals of the mean over replications.'
-PLURAL = {'predator': 'predators', 'prey': 'prey'}
 
 
 def paper_figures(study: Study) -> Iterator[Chart]:
@@ -35,56 +25,9 @@ def paper_figures(study: Study) -> Iterator[Chart]:
         yield _ciao(f'ciao_{slug}', arena, members, study)
         yield _progress(f'progress_{slug}', arena, members, study)
         yield _cross(f'cross_experiment_{slug}', arena, members, study)
-        yield _complexity(f'complexity_{slug}', arena, members, study)
-        yield _correlation(f'complexity_correlation_{slug}', arena, members, study)
+        yield complexity_figure(f'complexity_{slug}', arena, members, study)
+        yield correlation_figure(f'complexity_correlation_{slug}', arena, members, study)
     yield from _obstacle(study)
-
-
-def slug_of(arena: str) -> str:
-    """An environment's name in file names."""
-    return arena.replace(',', '').replace(' ', '_')
-
-
-def label(condition, members: list[Replications]) -> dict:
-    """Colour and marker of a condition among those of its environment."""
-    place = [each.condition for each in members].index(condition)
-    return {
-        'colour': CONDITION_COLOURS[place % len(CONDITION_COLOURS)],
-        'marker': CONDITION_MARKERS[place % len(CONDITION_MARKERS)],
-    }
-
-
-def species_line(x, values, species: str, name: str | None = None) -> Line:
-    """Mean over replications (R, S) of one species, with its interval where there are several."""
-    values = np.asarray(values, float)
-    line = Line(
-        x,
-        values.mean(axis=0),
-        name or PLURAL[species].capitalize(),
-        COLOURS[species],
-        dashed=species == 'prey',
-        marker=MARKERS[species],
-    )
-    if len(values) > 1:
-        line.low, line.high = statistics.bootstrap_interval(values.T)
-    return line
-
-
-def condition_line(x, values, each: Replications, members: list[Replications]) -> Line:
-    """As `species_line`, in a condition's colour and marker."""
-    values = np.asarray(values, float)
-    line = Line(x, values.mean(axis=0), each.condition.name, **label(each.condition, members))
-    if len(values) > 1:
-        line.low, line.high = statistics.bootstrap_interval(values.T)
-    return line
-
-
-def replication_count(members: list[Replications]) -> str:
-    """How many replications, in words."""
-    counts = sorted({len(each.runs) for each in members})
-    if counts == [1]:
-        return 'one replication'
-    return f'{" or ".join(str(n) for n in counts)} replications'
 
 
 def _evolving(name: str, arena: str, members: list[Replications]) -> Chart:
@@ -112,8 +55,8 @@ def _evolving(name: str, arena: str, members: list[Replications]) -> Chart:
         name,
         f'Fitness of the evolving robots, {arena}',
         'Mean fitness of the n agents and their n opponents during each phase, first replication '
-        '(Fig. 1). The evolving species climbs, the other falls; jumps are new selections of agents '
-        'and opponents. Improving against current opponents is not yet progress.',
+        '(Fig. 1). The evolving species climbs, the other falls; jumps are new selections of '
+        'agents and opponents. Improving against current opponents is not yet progress.',
         rows,
         height=1.7,
     )
@@ -141,10 +84,10 @@ def _populations(name: str, arena: str, members: list[Replications]) -> Chart:
     return Chart(
         name,
         f'Fitness of the populations, {arena}',
-        'Mean fitness of all N individuals of each population against all N of the other, after each '
-        'phase (Fig. 2). Thick: first replication; thin: the others. Level curves can mean that nobody '
-        'improves or that both do: the tournament tells.',
-        _rows(panels),
+        'Mean fitness of all N individuals of each population against all N of the other, after '
+        'each phase (Fig. 2). Thick: first replication; thin: the others. Level curves can mean '
+        'that nobody improves or that both do: the tournament tells.',
+        in_rows(panels),
     )
 
 
@@ -162,8 +105,10 @@ def _tournament(name: str, arena: str, members: list[Replications], study: Study
     return Chart(
         name,
         f'Master tournament, {arena}',
-        'Mean fitness of the predators of each generation (rows) against the prey of each generation '
-        "(columns), all against all (Figs. 3 and 8); the prey's is 1 minus it. Progress of predators: "
+        'Mean fitness of the predators of each generation (rows) against the prey of each '
+        'generation '
+        "(columns), all against all (Figs. 3 and 8); the prey's is 1 minus it. Progress of "
+        'predators: '
         'brighter upwards along a column. Progress of prey: darker rightwards along a row.',
         rows if several else rows[:1],
         height=2.5,
@@ -190,9 +135,10 @@ def _ciao(name: str, arena: str, members: list[Replications], study: Study) -> C
     return Chart(
         name,
         f'Current individuals against ancestral opponents (CIAO), {arena}',
-        "Each generation (row) against its opponents' ancestors (columns), in the row's own fitness "
-        '(Cliff & Miller 1995); mean over replications. Historical progress: brighter to the left of '
-        'the diagonal.',
+        "Each generation (row) against its opponents' ancestors (columns), in the row's own "
+        'fitness '
+        '(Cliff & Miller 1995); mean over replications. Historical progress: brighter to the '
+        'left of the diagonal.',
         rows,
         height=2.5,
     )
@@ -208,46 +154,33 @@ def _progress(name: str, arena: str, members: list[Replications], study: Study) 
             historical.append(species_line(x, own[:, -1, :], species))
             final.append(species_line(x, own[:, :, -1], species))
         rows[0].append(
-            Panel(each.condition.name, 'Generation of opponents', 'Fitness of last agents', historical,
-                  ylim=(0, 1))
-        )  # fmt: skip
+            Panel(
+                each.condition.name,
+                'Generation of opponents',
+                'Fitness of last agents',
+                historical,
+                ylim=(0, 1),
+            )
+        )
         rows[1].append(
-            Panel(each.condition.name, 'Generation of agents', 'Fitness vs last opponents', final,
-                  ylim=(0, 1))
-        )  # fmt: skip
+            Panel(
+                each.condition.name,
+                'Generation of agents',
+                'Fitness vs last opponents',
+                final,
+                ylim=(0, 1),
+            )
+        )
     return Chart(
         name,
         f'Historical and global progress, {arena}',
-        'Above: the last generation against opponents of every generation; historical progress is a '
-        'curve that falls to the right. Below: every generation against the last opponents; global '
+        'Above: the last generation against opponents of every generation; historical progress '
+        'is a curve that falls to the right. Below: every generation against the last opponents; '
+        'global '
         f'progress is a curve that rises to the right. {INTERVAL}',
         rows,
         height=1.9,
     )
-
-
-def cross_values(
-    each: Replications, other: Replications, species: str, study: Study
-) -> np.ndarray:
-    """Fitness (R,) of each replication's last agents against another condition's, own run left out."""
-    values = []
-    for run in each.runs:
-        cells = [_cross_cell(study, run, q, species) for q in other.runs if q is not run]
-        values.append(np.mean(cells) if cells else np.nan)
-    return np.array(values)
-
-
-def paper_cross_values(each: Replications, other: Replications, species: str, study) -> np.ndarray:
-    """As `cross_values` with a run's own opponents among its condition's, as the paper has it."""
-    return np.array(
-        [np.mean([_cross_cell(study, run, q, species) for q in other.runs]) for run in each.runs]
-    )
-
-
-def _cross_cell(study: Study, run, other, species: str) -> float:
-    if species == 'predator':
-        return study.cross[run.folder, other.folder]
-    return 1.0 - study.cross[other.folder, run.folder]
 
 
 def _cross(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
@@ -281,71 +214,13 @@ def _cross(name: str, arena: str, members: list[Replications], study: Study) -> 
     return Chart(
         name,
         f'Cross-experiment test, {arena}',
-        "The last generation of each condition against the last of every condition (Fig. 4), a run's "
-        'own opponents included as in the paper; the table of tests leaves them out as well. An agent '
-        'that does better against the opponents of another condition than against those of its own '
+        'The last generation of each condition against the last of every condition (Fig. 4), a '
+        "run's "
+        'own opponents included as in the paper; the table of tests leaves them out as well. An '
+        'agent that does better against the opponents of another condition than against those of '
+        'its own '
         f'outperforms that condition. {INTERVAL}',
-        _rows(panels),
-    )
-
-
-def _complexity(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    panels = []
-    for species in SPECIES:
-        marks = []
-        for each in members:
-            values = each.complexity[species]
-            line = condition_line(study.generations, values, each, members)
-            if len(each.runs) > 1:
-                error = values.std(axis=0, ddof=1) / np.sqrt(len(values))
-                line.low, line.high = line.y - error, line.y + error
-            marks.append(line)
-        panels.append(
-            Panel(PLURAL[species].capitalize(), 'Generation', 'Complexity c (rad/s a tick)', marks)
-        )
-    return Chart(
-        name,
-        f'Behavioural complexity, {arena}',
-        'Mean complexity c of the behaviour of all agents against all opponents of the same generation '
-        '(Fig. 6): half the mean, over the ticks of an episode, of the change of desired translational '
-        'plus rotational wheel speed. Bands: standard errors over replications.',
-        [panels],
-    )
-
-
-def _correlation(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    panels = []
-    for each in members:
-        marks = []
-        for species in SPECIES:
-            fitness = performance(each.tournament, species)[:, :, -1].mean(axis=0)
-            complexity = each.complexity[species].mean(axis=0)
-            r, p = statistics.correlation(complexity, fitness)
-            marks.append(
-                Points(
-                    complexity,
-                    fitness,
-                    PLURAL[species].capitalize(),
-                    COLOURS[species],
-                    MARKERS[species],
-                    [f'{species}, generation {g}' for g in study.generations],
-                )
-            )
-        panels.append(
-            Panel(
-                each.condition.name,
-                'Complexity c (rad/s a tick)',
-                'Fitness vs last opponents',
-                marks,
-            )
-        )
-    return Chart(
-        name,
-        f'Performance and complexity, {arena}',
-        'Each point is one generation, averaged over replications: complexity of its behaviour and '
-        'performance against the last generation (Fig. 7). Generations of a run are not independent: '
-        'see the table for correlations within each replication.',
-        _rows(panels),
+        in_rows(panels),
     )
 
 
@@ -379,8 +254,8 @@ def _obstacle(study: Study) -> Iterator[Chart]:
                 f'obstacle_comparison_{panel}'
                 + ('' if motor_map == 'printed' else f'_{motor_map}'),
                 f'{panel.capitalize()} progress with and without the obstacle',
-                'Curves of mean performance scaled to [0, 1] each by its own extent (Fig. 9): the shape '
-                'can be compared, the height cannot.',
+                'Curves of mean performance scaled to [0, 1] each by its own extent (Fig. 9): '
+                'the shape can be compared, the height cannot.',
                 rows,
                 height=1.9,
             )
@@ -398,7 +273,3 @@ def _normalised_line(each: Replications, species: str, axis: int, study: Study, 
         dashed=dashed,
         marker='square' if dashed else 'circle',
     )
-
-
-def _rows(panels: list[Panel], columns: int = 3) -> list[list[Panel]]:
-    return [panels[start : start + columns] for start in range(0, len(panels), columns)]

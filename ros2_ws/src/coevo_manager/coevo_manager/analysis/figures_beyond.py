@@ -7,7 +7,8 @@ import pandas as pd
 
 from coevo_manager.analysis import beyond
 from coevo_manager.analysis.charts import COLOURS, MARKERS, Chart, Line, Panel, Points
-from coevo_manager.analysis.figures import (
+from coevo_manager.analysis.exploit import best_found, while_searching
+from coevo_manager.analysis.marks import (
     INTERVAL,
     PLURAL,
     condition_line,
@@ -66,9 +67,11 @@ def _gains(name: str, arena: str, table: pd.DataFrame) -> Chart:
     return Chart(
         name,
         f'Did they make progress? {arena.capitalize()}',
-        'Gain of the second half of the run. Historical: against opponents of the first half rather than '
-        'its own. Global: over the first half, against the last generation. Held-out: the same against '
-        f'the best of other runs, never met. Random genomes of generation 0 are left out. {INTERVAL}',
+        'Gain of the second half of the run. Historical: against opponents of the first half '
+        'rather than its own. Global: over the first half, against the last generation. '
+        'Held-out: the same against '
+        f'the best of other runs, never met. Random genomes of generation 0 are left out. '
+        f'{INTERVAL}',
         [panels],
     )
 
@@ -87,36 +90,44 @@ def _held_out(name: str, arena: str, members: list[Replications], study: Study) 
     return Chart(
         name,
         f'Performance against held-out opponents, {arena}',
-        f'Each generation against the {study.opponents} best of the last generation of every other run '
-        f'of the environment: opponents it never co-evolved with. {INTERVAL}',
+        f'Each generation against the {study.opponents} best of the last generation of every '
+        f'other run of the environment: opponents it never co-evolved with. {INTERVAL}',
         [row],
     )
 
 
 def _probes(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    row = []
-    for species in SPECIES:
-        marks = [
-            condition_line(study.generations, each.probes[species][:, :, -1], each, members)
-            for each in members
-        ]
-        row.append(
-            Panel(
-                f'{species.capitalize()} champions',
-                'Generation of the champion',
-                f"Best fresh {OTHER[species]}'s fitness",
-                marks,
-                ylim=(0, 1),
+    rows = []
+    for reduce, what in ((best_found, 'Best found'), (while_searching, 'While searching')):
+        row = []
+        for species in SPECIES:
+            marks = [
+                condition_line(study.generations, reduce(each.probes[species]), each, members)
+                for each in members
+            ]
+            title = f'{what}: {OTHER[species]}'
+            row.append(
+                Panel(
+                    title,
+                    f'Generation of the {species} champion',
+                    'Fitness found',
+                    marks,
+                    ylim=(0, 1.02),
+                )
             )
-        )
+        rows.append(row)
     budget = study.budget
     return Chart(
         name,
         f'Exploitability of the champions, {arena}',
-        f'Fitness of the best opponent that {budget.searches} fresh searches of {budget.candidates} '
-        "candidates each find against the generation's frozen champion: lower is harder to exploit. "
-        f'A lower bound: a longer search may find more. {INTERVAL}',
-        [row],
+        f"Fresh opponents searched for against each generation's frozen champion, "
+        f'{budget.searches} '
+        f'searches of {budget.candidates} candidates. Above: fitness of the best one found, a '
+        'lower '
+        'bound on exploitability. Below: best fitness so far, averaged over the course of the '
+        f'searches; lower is harder to exploit. {INTERVAL}',
+        rows,
+        height=1.9,
     )
 
 
@@ -133,8 +144,9 @@ def _ratings(name: str, arena: str, members: list[Replications], study: Study) -
     return Chart(
         name,
         f'Transitive and cyclic parts of the tournament, {arena}',
-        'Rating of each generation, playing both roles against all others: the transitive part of the '
-        'Hodge decomposition of the tournament. Progress lifts it. Share of the tournament that is '
+        'Rating of each generation, playing both roles against all others: the transitive part '
+        'of the Hodge decomposition of the tournament. Progress lifts it. Share of the '
+        'tournament that is '
         f'cyclic (rock-paper-scissors, no rating can express it): {"; ".join(shares)}. {INTERVAL}',
         [[panel]],
     )
@@ -159,8 +171,9 @@ def _diversity(name: str, arena: str, members: list[Replications], study: Study)
     return Chart(
         name,
         f'Diversity of behaviour, {arena}',
-        'Above: mean distance between the paths of individuals that meet the same champion. Below: mean '
-        'distance between their fitness against each opponent, the distance by which the generalist '
+        'Above: mean distance between the paths of individuals that meet the same champion. '
+        'Below: mean distance between their fitness against each opponent, the distance by which '
+        'the generalist '
         f'algorithm tells opponents apart. 0 is a population of one behaviour. {INTERVAL}',
         rows,
         height=1.9,

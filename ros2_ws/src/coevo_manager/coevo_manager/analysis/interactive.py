@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from coevo_manager.analysis.charts import Bars, Chart, Heat, Line, Points
+from coevo_manager.analysis.charts import Bars, Chart, Heat, Line, Panel, Points
 
 MARKS = {
     'circle': 'circle',
@@ -14,83 +14,89 @@ MARKS = {
 }
 
 
+TOP, BETWEEN, BOTTOM = 35, 85, 95  # px: modebar and titles, axis titles, axis title and legend
+PANEL = 95  # px an inch of the printed panel
+
+
 def figure(chart: Chart) -> dict:
     """A chart as a Plotly figure: `data` and `layout`."""
     columns = max(len(row) for row in chart.rows)
     rows = len(chart.rows)
-    layout = {
-        'height': int(110 * chart.height * rows) + 110,
-        'margin': {'l': 55, 'r': 15, 't': 35, 'b': 45},
+    panel = PANEL * chart.height
+    inner = rows * panel + (rows - 1) * BETWEEN
+    layout: dict = {
+        'height': round(inner) + TOP + BOTTOM,
+        'margin': {'l': 60, 'r': 15, 't': TOP, 'b': BOTTOM},
         'font': {'family': 'system-ui, sans-serif', 'size': 12, 'color': '#222'},
         'plot_bgcolor': '#fff',
         'paper_bgcolor': '#fff',
         'hovermode': 'closest',
-        'legend': {'orientation': 'h', 'x': 0.5, 'xanchor': 'center', 'y': -0.22 / rows},
+        'legend': {
+            'orientation': 'h',
+            'x': 0.5,
+            'xanchor': 'center',
+            'y': -55 / inner,
+            'yanchor': 'top',
+        },
         'annotations': [],
         'barmode': 'group',
     }
     data: list[dict] = []
     named: set[str] = set()
-    number = 0
     gap = 0.09 if columns > 1 else 0
     width = (1 - gap * (columns - 1)) / columns
-    depth = (1 - 0.16 * (rows - 1)) / rows
-    for r, row in enumerate(chart.rows):
-        for c, panel in enumerate(row):
-            number += 1
-            end = '' if number == 1 else str(number)
-            left, bottom = c * (width + gap), 1 - depth - r * (depth + 0.16)
-            heat = any(isinstance(mark, Heat) for mark in panel.marks)
-            axis = {
-                'gridcolor': '#e8e8e8',
-                'zeroline': False,
-                'linecolor': '#999',
-                'ticks': 'outside',
-            }
-            layout[f'xaxis{end}'] = axis | {
-                'domain': [left, left + width * (0.88 if heat else 1)],
-                'anchor': f'y{end}',
-                'title': {'text': panel.xlabel},
-            }
-            layout[f'yaxis{end}'] = axis | {
-                'domain': [bottom, bottom + depth],
-                'anchor': f'x{end}',
-                'title': {'text': panel.ylabel},
-            }
-            if panel.ylim:
-                layout[f'yaxis{end}']['range'] = list(panel.ylim)
-            if panel.zero:
-                layout[f'yaxis{end}'] |= {'zeroline': True, 'zerolinecolor': '#888'}
-            if heat:
-                layout[f'xaxis{end}'] |= {'type': 'category', 'nticks': 5}
-                layout[f'yaxis{end}'] |= {'type': 'category', 'nticks': 5}
-            if panel.categories is not None:
-                layout[f'xaxis{end}'] |= {
-                    'tickvals': list(range(len(panel.categories))),
-                    'ticktext': list(panel.categories),
-                }
-            layout['annotations'].append(
-                {
-                    'text': f'<b>{panel.title}</b>',
-                    'x': left,
-                    'y': bottom + depth,
-                    'xref': 'paper',
-                    'yref': 'paper',
-                    'xanchor': 'left',
-                    'yanchor': 'bottom',
-                    'showarrow': False,
-                }
-            )
-            for mark in panel.marks:
-                for trace in _traces(mark, left + width * 0.89, bottom + depth / 2, depth):
-                    trace |= {'xaxis': f'x{end}', 'yaxis': f'y{end}'}
-                    if 'legendgroup' in trace:
-                        name = trace['legendgroup']
-                        trace['showlegend'] = trace.get('showlegend', True) and name not in named
-                        if trace['showlegend']:
-                            named.add(name)
-                    data.append(trace)
+    depth = panel / inner
+    places = [(r, c, panel) for r, row in enumerate(chart.rows) for c, panel in enumerate(row)]
+    for number, (r, c, panel) in enumerate(places, 1):
+        left, bottom = c * (width + gap), 1 - depth - r * (depth + BETWEEN / inner)
+        _add_axes(layout, panel, '' if number == 1 else str(number), left, bottom, width, depth)
+        for mark in panel.marks:
+            for trace in _traces(mark, left + width * 0.89, bottom + depth / 2, depth):
+                trace |= {'xaxis': f'x{number}', 'yaxis': f'y{number}'}
+                if 'legendgroup' in trace:
+                    name = trace['legendgroup']
+                    trace['showlegend'] = trace.get('showlegend', True) and name not in named
+                    if trace['showlegend']:
+                        named.add(name)
+                data.append(trace)
     return {'data': data, 'layout': layout}
+
+
+def _add_axes(layout: dict, panel: Panel, end: str, left, bottom, width, depth) -> None:
+    heat = any(isinstance(mark, Heat) for mark in panel.marks)
+    axis = {'gridcolor': '#e8e8e8', 'zeroline': False, 'linecolor': '#999', 'ticks': 'outside'}
+    x = axis | {
+        'domain': [left, left + width * (0.88 if heat else 1)],
+        'anchor': f'y{end}',
+        'title': {'text': panel.xlabel, 'standoff': 8},
+    }
+    y = axis | {
+        'domain': [bottom, bottom + depth],
+        'anchor': f'x{end}',
+        'title': {'text': panel.ylabel, 'standoff': 8},
+    }
+    if panel.ylim:
+        y['range'] = list(panel.ylim)
+    if panel.zero:
+        y |= {'zeroline': True, 'zerolinecolor': '#888', 'rangemode': 'tozero'}
+    if heat:
+        x |= {'type': 'category', 'nticks': 6}
+        y |= {'type': 'category', 'nticks': 6}
+    if panel.categories is not None:
+        x |= {'tickvals': list(range(len(panel.categories))), 'ticktext': list(panel.categories)}
+    layout[f'xaxis{end}'], layout[f'yaxis{end}'] = x, y
+    layout['annotations'].append(
+        {
+            'text': f'<b>{panel.title}</b>',
+            'x': left,
+            'y': bottom + depth,
+            'xref': 'paper',
+            'yref': 'paper',
+            'xanchor': 'left',
+            'yanchor': 'bottom',
+            'showarrow': False,
+        }
+    )
 
 
 def _traces(mark, right: float, middle: float, depth: float) -> list[dict]:
@@ -116,7 +122,7 @@ def _traces(mark, right: float, middle: float, depth: float) -> list[dict]:
         ]
     common = {'name': mark.name, 'legendgroup': mark.name, 'y': _numbers(mark.y)}
     if isinstance(mark, Bars):
-        pattern = {'shape': '/' if mark.hatched else '', 'fgcolor': '#fff'}
+        pattern = {'shape': '/' if mark.hatched else '', 'fillmode': 'overlay', 'fgcolor': '#fff'}
         bars = common | {
             'type': 'bar',
             'x': list(mark.groups),
@@ -149,6 +155,7 @@ def _line(mark: Line, common: dict) -> list[dict]:
         return [line]
     band = {
         'type': 'scatter',
+        'mode': 'lines',
         'x': _numbers(mark.x) + _numbers(mark.x)[::-1],
         'y': _numbers(mark.high) + _numbers(mark.low)[::-1],
         'fill': 'toself',

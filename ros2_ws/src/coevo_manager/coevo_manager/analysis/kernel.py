@@ -26,7 +26,8 @@ class Kernel:
     Attributes
     ----------
     version : str
-        Hash of the sources that decide an episode's course: results of other versions are not reused.
+        Hash of the sources that decide an episode's course: results of other versions are not
+        reused.
     """
 
     def __init__(self) -> None:

@@ -1,9 +1,9 @@
 """The paper's measures of progress (sections 2.3 to 5) on arrays, without files or simulation.
 
-A *tournament* holds predator fitness: `tournament[..., i, j]` is the mean fitness of the predators of
-generation i against the prey of generation j, in [0, 1] (row = predator, column = prey). A *performance*
-is the same in the agents' own terms: `performance[..., i, j]`, agents of generation i against opponents
-of generation j. Leading axes are replications.
+A *tournament* holds predator fitness: `tournament[..., i, j]` is the mean fitness of the predators
+of generation i against the prey of generation j, in [0, 1] (row = predator, column = prey). A
+*performance* is the same in the agents' own terms: `performance[..., i, j]`, agents of generation
+i against opponents of generation j. Leading axes are replications.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def ciao(tournament, species):
 
 
 def historical_tests(tournaments, generations, species):
-    """Table 1: do agents do better against opponents of an earlier generation than against their own?
+    """Table 1: agents against opponents of earlier generations, compared with their own.
 
     Parameters
     ----------
@@ -44,9 +44,9 @@ def historical_tests(tournaments, generations, species):
     Returns
     -------
     pandas.DataFrame
-        One row for each generation of agents and each earlier generation of opponents: `generation`,
-        `earlier` and the columns of `compare_paired` (first: against the earlier opponents, second:
-        against those of the agents' own generation).
+        One row for each generation of agents and each earlier generation of opponents:
+        `generation`, `earlier` and the columns of `compare_paired` (first: against the earlier
+        opponents, second: against those of the agents' own generation).
     """
     own = performance(tournaments, species)
     later, earlier = np.tril_indices(own.shape[-1], -1)
@@ -54,7 +54,7 @@ def historical_tests(tournaments, generations, species):
 
 
 def global_tests(tournaments, generations, species):
-    """Table 2: do agents do better against the last generation's opponents than earlier agents do?
+    """Table 2: agents against the last generation's opponents, compared with earlier agents.
 
     As `historical_tests`, with first: the agents of `generation`, second: those of `earlier`, both
     against the opponents of the last generation.
@@ -75,8 +75,8 @@ def most_recent(tests, column='p_paper', alpha=ALPHA):
     Returns
     -------
     pandas.Series
-        For each generation above 0, the most recent earlier generation whose comparison is significant;
-        0 when none after generation 0 is, as in the paper. With one replication, NaN.
+        For each generation above 0, the most recent earlier generation whose comparison is
+        significant; 0 when none after generation 0 is, as in the paper. With one replication, NaN.
     """
     if tests[column].isna().all():
         return tests.groupby('generation')['earlier'].max().astype(float) * np.nan
@@ -87,8 +87,8 @@ def most_recent(tests, column='p_paper', alpha=ALPHA):
 def duration(table):
     """Generations of progress: the last generation whose entry exceeds all entries before it.
 
-    This is how the paper reads its tables (section 3): "progress continued until". 0 when no entry is
-    above 0; NaN when nothing could be tested.
+    This is how the paper reads its tables (section 3): "progress continued until". 0 when no entry
+    is above 0; NaN when nothing could be tested.
     """
     if table.isna().all():
         return np.nan
@@ -99,8 +99,8 @@ def duration(table):
 def rate(tournament, generations, species, until):
     """Performance gained per 1000 generations against earlier opponents (section 2.3).
 
-    The gain is how much better the agents of generation `until` do than those of the first generation,
-    both against the opponents of all generations before `until`.
+    The gain is how much better the agents of generation `until` do than those of the first
+    generation, both against the opponents of all generations before `until`.
 
     Parameters
     ----------

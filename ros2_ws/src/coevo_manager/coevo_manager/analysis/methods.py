@@ -3,91 +3,106 @@
 METHODS = (
     (
         'Fitness',
-        'Predator 1 - t/T, prey t/T, where t is the tick of capture and T the length of an episode (t = T '
-        'without capture). Both sum to 1. Episodes are deterministic: one per pair.',
+        'Predator 1 - t/T, prey t/T, where t is the tick of capture and T the length of an '
+        'episode (t = T without capture). Both sum to 1. Episodes are deterministic: one per '
+        'pair.',
     ),
     (
         'Master tournament',
-        'All individuals of both populations at each generation compared against all of every other. '
-        'Matrices hold predator fitness: row = predators, column = prey.',
+        'All individuals of both populations at each generation compared against all of every '
+        'other. Matrices hold predator fitness: row = predators, column = prey.',
     ),
     (
         'Historical progress (section 2.3, Table 1)',
-        'Agents do better against opponents of an earlier generation than against those of their own. The '
-        'table names the most recent such generation.',
+        'Agents do better against opponents of an earlier generation than against those of their '
+        'own. The table names the most recent such generation.',
     ),
     (
         'Global progress (section 2.3, Table 2)',
-        'Agents do better against the opponents of the last generation than agents of an earlier generation '
-        'do. The table names the most recent such earlier generation.',
+        'Agents do better against the opponents of the last generation than agents of an earlier '
+        'generation do. The table names the most recent such earlier generation.',
     ),
     (
         'Duration and rate of progress',
-        'Duration: the last generation whose entry in Table 1 or 2 exceeds every entry before it, which is '
-        "how the paper reads its tables. Rate: how much better the duration's last agents do than those of "
+        'Duration: the last generation whose entry in Table 1 or 2 exceeds every entry before '
+        'it, which is '
+        "how the paper reads its tables. Rate: how much better the duration's last agents do "
+        'than those of '
         'generation 0 against the opponents of all generations before, per 1000 generations.',
     ),
     (
         'Verdicts',
-        'One number a replication: the gain of the second half of the run (historical: against opponents of '
-        'the first half rather than its own; global: over the agents of the first half, against the last '
-        "generation; held-out: the same against the best of other runs' last generation). Generation 0 is "
-        'left out, since anything beats random genomes. A gain is called progress when the paired one-tailed '
-        't-test over replications, Holm-corrected over all verdicts, is below 0.05; a fall likewise is '
-        'called retrogression.',
+        'One number a replication: the gain of the second half of the run (historical: against '
+        'opponents of the first half rather than its own; global: over the agents of the first '
+        'half, against the last '
+        "generation; held-out: the same against the best of other runs' last generation). "
+        'Generation 0 is '
+        'left out, since anything beats random genomes. A gain is called progress when the '
+        'paired one-tailed t-test over replications, Holm-corrected over the verdicts of the '
+        'condition, is below 0.05; a fall likewise is called retrogression.',
     ),
     (
         'Statistics',
-        "The replication is the unit. p paper: the paper's one-tailed Student's t-test, uncorrected. p "
-        "paired: one-tailed paired t-test. p welch: Welch's. p sign flip: exact permutation test over the "
-        'signs of the replications (its smallest value is 1/2 to the number of replications). holm: '
-        "corrected over the table. bootstrap: 95 % percentile interval. Hedges' g: difference in standard "
-        'deviations, small-sample corrected. Generations and individuals of one run are never counted as '
-        'independent.',
+        "The replication is the unit. p paper: the paper's one-tailed Student's t-test, "
+        "uncorrected. p paired: one-tailed paired t-test. p welch: Welch's. p sign flip: exact "
+        'permutation test over the '
+        'signs of the replications (its smallest value is 1/2 to the number of replications). '
+        'holm: '
+        "corrected over the table. bootstrap: 95 % percentile interval. Hedges' g: difference in "
+        'standard '
+        'deviations, small-sample corrected. Generations and individuals of one run are never '
+        'counted as independent.',
     ),
     (
         'Complexity c (section 4)',
-        'Sum over the s ticks of an episode of |change of (l + r)/2| + |change of (r - l)/2| of the desired '
-        'wheel speeds l and r, from rest, divided by 2 s; rad/s a tick of 0.1 s.',
+        'Sum over the s ticks of an episode of |change of (l + r)/2| + |change of (r - l)/2| of '
+        'the desired wheel speeds l and r, from rest, divided by 2 s; rad/s a tick of 0.1 s.',
     ),
     (
         'Rate of retrogression',
-        'Fraction of (step between successive generations, generation of opponents) pairs in which '
-        'performance falls. Steady progress 0, change without direction about 0.5. Share lost: the falls '
-        'over all changes, in absolute value.',
+        'Fraction of (step between successive generations, generation of opponents) pairs in '
+        'which performance falls. Steady progress 0, change without direction about 0.5. Share '
+        'lost: the falls over all changes, in absolute value.',
     ),
     (
         'Cyclicity',
-        'Generation i beats j by the predator fitness of i against j less that of j against i. The Hodge '
-        'decomposition of this antisymmetric matrix gives each generation a rating (transitive part); the '
-        'rest is cyclic. The share is of the sum of squares.',
+        'Generation i beats j by the predator fitness of i against j less that of j against i. '
+        'The Hodge decomposition of this antisymmetric matrix gives each generation a rating '
+        '(transitive part); the rest is cyclic. The share is of the sum of squares.',
     ),
     (
         'Exploitability',
-        'A fresh (1+1) search (2 % of genes redrawn a mutation, from random genomes) for a best response to '
-        "one frozen champion, the best of its population against its contemporaries. The found opponent's "
-        'fitness is a lower bound on what can be had against the champion.',
+        'A fresh (1+1) search (2 % of genes redrawn a mutation, from random genomes) for a best '
+        'response to '
+        'one frozen champion, the best of its population against its contemporaries. The found '
+        "opponent's "
+        'fitness is a lower bound on what can be had against the champion; the mean while '
+        'searching tells how long it holds out.',
     ),
 )
 
 _EXPLAINED = 'Tests are explained under Methods.'
 
 TABLES = {
-    'table1': ('Historical progress (Table 1).', 'Most recent generation of earlier opponents against which '
-               'the agents of a generation do significantly better than against their own; 0: none after '
-               'generation 0.'),
-    'table2': ('Global progress (Table 2).', 'Most recent earlier generation of agents that does significantly '
-               'worse against the last opponents than the agents of a generation; 0: none after generation 0.'),
+    'table1': ('Historical progress (Table 1).', 'Most recent generation of earlier opponents '
+               'against which the agents of a generation do significantly better than against '
+               'their own; 0: none after generation 0.'),
+    'table2': ('Global progress (Table 2).', 'Most recent earlier generation of agents that does '
+               'significantly worse against the last opponents than the agents of a generation; '
+               '0: none after generation 0.'),
     'durations': ('Duration and rate of progress and complexification.', 'In generations; by the '
                   "paper's tests and by Holm-corrected paired tests."),
     'verdicts': ('Verdicts.', f'The numbers behind the answers at the top. {_EXPLAINED}'),
-    'cross_tests': ('Cross-experiment tests (Fig. 4).', 'First: fitness of the agents against the opponents of '
-                    "the other condition; second: against their own condition's, with (all) or without "
+    'cross_tests': ('Cross-experiment tests (Fig. 4).', 'First: fitness of the agents against '
+                                                        'the opponents of '
+                    "the other condition; second: against their own condition's, with (all) or "
+                    "without "
                     f'(held-out) their own run. {_EXPLAINED}'),
-    'complexity_condition_tests': ('Complexity between conditions.', 'Last generation; one-tailed. p '
-                                   'permutation exchanges the labels of the runs.'),
-    'complexity_correlation': ('Correlation of complexity and performance (Fig. 7).', 'Over generations; of the '
-                               'mean over replications, as the paper, and within each replication (seed). '
-                               'Generations of a run are not independent, so p is too small.'),
+    'complexity_condition_tests': ('Complexity between conditions.', 'Last generation; '
+                                   'one-tailed. p permutation exchanges the labels of the runs.'),
+    'complexity_correlation': ('Correlation of complexity and performance (Fig. 7).', 'Over '
+                               'generations; of the mean over replications, as the paper, and '
+                               'within each replication (seed). Generations of a run are not '
+                               'independent, so p is too small.'),
     'retrogression': ('Rate of retrogression.', 'Of each run.'),
 }  # fmt: skip

@@ -7,6 +7,7 @@ from coevo_manager.analysis import draw, figures, figures_beyond, player, progre
 from coevo_manager.analysis.behaviours import CAPTION, behaviours
 from coevo_manager.analysis.exploit import Budget
 from coevo_manager.analysis.kernel import Kernel, source_hash
+from coevo_manager.analysis.marks import slug_of
 from coevo_manager.analysis.report import write_report
 from coevo_manager.analysis.runs import AnalysisError, choose_generations, read_runs
 from coevo_manager.analysis.study import Study, collect
@@ -79,7 +80,7 @@ def write_all(study: Study, out: Path, stage: Stage) -> Path:
     found = _tables(study)
     for name, table in found.items():
         tables.write(table, out / 'tables' / f'{name}.csv')
-    charts = [*figures_beyond.figures(study, found['verdicts']), *figures.paper_figures(study)]
+    charts = [*figures.paper_figures(study), *figures_beyond.figures(study, found['verdicts'])]
     advance = stage('Figures', len(charts) + len(study.conditions))
     drawn = []
     for chart in charts:
@@ -110,7 +111,7 @@ def _tables(study: Study) -> dict:
     found['verdicts'] = progress.verdicts(study)
     found['durations'] = progress.durations(study)
     for arena in study.arenas():
-        slug = figures.slug_of(arena)
+        slug = slug_of(arena)
         for number, measure in ((1, 'historical'), (2, 'global')):
             for column, name in (('p_paper', 'paper'), ('p_paired_holm', 'paired_holm')):
                 table = tables.progress_table(study, arena, measure, column)
@@ -131,6 +132,7 @@ def _connect(address: str, version: str):
     if others:
         client.close()
         raise AnalysisError(
-            f'dask is {address}: its worker {min(others)} has another version of the episode kernel'
+            f'dask is {address}: its worker {min(others)} has another version of the episode '
+            'kernel'
         )
     return client

@@ -46,6 +46,7 @@ class Job:
 
     @property
     def finished(self) -> bool:
+        """Whether the run spent its budget and wrote its report."""
         return (self.folder / 'report.md').exists()
 
 

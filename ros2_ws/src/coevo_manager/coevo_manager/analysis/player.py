@@ -1,11 +1,14 @@
 """Recorded episodes, packed small, for the report's episode player.
 
-A packed episode is the base64 text of a raw deflate stream of channels one after the other, each as
-differences from tick to tick (the first from 0), wrapped to the width of its type, little-endian:
+A packed episode is the base64 text of a raw deflate stream of channels one after the other, each
+as differences from tick to tick (the first from 0), wrapped to the width of its type,
+little-endian:
 
-* int16, t + 1 values each: x, y (0.1 mm) and heading (0.1 mrad, in -pi..pi) of the predator, then the prey;
+* int16, t + 1 values each: x, y (0.1 mm) and heading (0.1 mrad, in -pi..pi) of the predator, then
+the prey;
 * int16, t values each: left and right wheel speed (mrad/s) of the predator, then the prey;
-* uint8, t values each, 0..255 for 0..1, of the predator, then the prey: 24 infrared activations, 25
+* uint8, t values each, 0..255 for 0..1, of the predator, then the prey: 24 infrared activations,
+25
   sensory, 10 hidden and 2 motor neurons.
 """
 
@@ -29,7 +32,7 @@ RANKS = ('best', 'median')
 
 
 def grid(each: Replications, kernel, advance) -> dict:
-    """Episodes between individuals of both species from a few generations of the first replication.
+    """Record episodes between individuals of a few generations of the first replication.
 
     Returns
     -------

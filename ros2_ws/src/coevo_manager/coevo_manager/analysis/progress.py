@@ -12,15 +12,15 @@ MEASURES = ('historical', 'global', 'held-out')
 def halves(size: int) -> tuple[slice, slice]:
     """The first and the second half of S generations, generation 0 (random genomes) left out.
 
-    Anything beats random genomes and is better than them: leaving them out keeps the take-off of the
-    first generations from passing for lasting progress. Both halves are empty where S < 3.
+    Anything beats random genomes and is better than them: leaving them out keeps the take-off of
+    the first generations from passing for lasting progress. Both halves are empty where S < 3.
     """
     middle = 1 + (size - 1) // 2
     return slice(1, middle), slice(middle, size if size > 2 else middle)
 
 
 def historical_gain(own):
-    """How much better the second half's agents do against the first half's opponents than their own.
+    """How the second half's agents do against the first half's opponents, and their own.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def historical_gain(own):
     Returns
     -------
     ancestors, contemporaries : ndarray (R,)
-        Mean performance of the agents of the second half against the opponents of the first half, and
-        against those of their own generation. NaN where S < 3.
+        Mean performance of the agents of the second half against the opponents of the first half,
+        and against those of their own generation. NaN where S < 3.
     """
     own = np.asarray(own, float)
     early, late = halves(own.shape[-1])
@@ -39,7 +39,7 @@ def historical_gain(own):
 
 
 def global_gain(curve):
-    """How much better the second half's agents do than the first half's, against the same opponents.
+    """How the second half's agents and the first half's do against the same opponents.
 
     Parameters
     ----------
@@ -56,15 +56,16 @@ def global_gain(curve):
 
 
 def verdicts(study) -> pd.DataFrame:
-    """Progress of each condition and species by each measure, as one Holm family.
+    """Progress of each condition and species by each measure, one Holm family a condition.
 
     Returns
     -------
     pandas.DataFrame
         `arena`, `condition`, `species`, `measure` (historical: against ancestors rather than
-        contemporaries; global: second half rather than first against the last generation's opponents;
-        held-out: the same against the elites of other runs), the columns of `compare_paired`, and
-        `verdict`: progress, retrogression, no evidence, or cannot be claimed.
+        contemporaries; global: second half rather than first against the last generation's
+        opponents; held-out: the same against the elites of other runs), the columns of
+        `compare_paired`, and `verdict`: progress, retrogression, not significant, or cannot be
+        claimed.
     """
     rows, first, second = [], [], []
     for each in study.conditions:
@@ -90,10 +91,10 @@ def verdicts(study) -> pd.DataFrame:
         statistics.compare_paired(*pair)['p_paired'].iloc[0]
         for pair in zip(second, first, strict=True)
     ]
-    tests['p_paired_holm'] = statistics.holm(tests['p_paired'])
-    tests['p_sign_flip_holm'] = statistics.holm(tests['p_sign_flip'])
-    tests['p_fall_holm'] = statistics.holm(falls)
-    table = pd.concat([table, tests], axis=1)
+    table = pd.concat([table, tests.assign(p_fall=falls)], axis=1)
+    families = table.groupby(['arena', 'condition'])
+    for column in ('p_paired', 'p_sign_flip', 'p_fall'):
+        table[f'{column}_holm'] = families[column].transform(statistics.holm)
     table['verdict'] = [
         _verdict(rise, fall)
         for rise, fall in zip(table['p_paired_holm'], table['p_fall_holm'], strict=True)
@@ -106,7 +107,7 @@ def _verdict(rise: float, fall: float) -> str:
         return 'cannot be claimed'
     if rise < statistics.ALPHA:
         return 'progress'
-    return 'retrogression' if fall < statistics.ALPHA else 'no evidence'
+    return 'retrogression' if fall < statistics.ALPHA else 'not significant'
 
 
 def durations(study) -> pd.DataFrame:
@@ -115,10 +116,10 @@ def durations(study) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        `duration_paper` by the paper's uncorrected t-tests, `duration_paired` by paired t-tests with
-        Holm's correction over the table; for `measure` historical also `rate_per_1000`, the mean over
-        replications of `measures.rate` up to the duration by the paper's tests (up to the last
-        generation where there is none, which `rate_until` tells).
+        `duration_paper` by the paper's uncorrected t-tests, `duration_paired` by paired t-tests
+        with Holm's correction over the table; for `measure` historical also `rate_per_1000`, the
+        mean over replications of `measures.rate` up to the duration by the paper's tests (up to
+        the last generation where there is none, which `rate_until` tells).
     """
     rows = []
     for each in study.conditions:
@@ -145,7 +146,7 @@ def durations(study) -> pd.DataFrame:
 
 
 def condition_tests(study, each, species: str) -> dict[str, pd.DataFrame]:
-    """Tests between generations: historical (Table 1), global (Table 2), complexity (section 4)."""
+    """Test generations against each other, for Table 1, Table 2 and complexity (section 4)."""
     return {
         'historical': measures.historical_tests(each.tournament, study.generations, species),
         'global': measures.global_tests(each.tournament, study.generations, species),

@@ -1,4 +1,4 @@
-"""report.html: one page with the answer, figures, an episode player, tables and provenance, without network."""
+"""report.html: the answer, figures, an episode player, tables and provenance on one page."""
 
 import base64
 import json
@@ -14,7 +14,7 @@ from plotly.offline import get_plotlyjs
 
 from coevo_manager.analysis import interactive, statistics
 from coevo_manager.analysis.charts import Chart
-from coevo_manager.analysis.figures import slug_of
+from coevo_manager.analysis.marks import PLURAL, slug_of
 from coevo_manager.analysis.methods import METHODS, TABLES
 from coevo_manager.analysis.study import Study
 from coevo_manager.core.configuration import FIELDS
@@ -24,10 +24,9 @@ PACKAGES = ('coevo_manager', 'numpy', 'numba', 'scipy', 'statsmodels', 'matplotl
 CHIPS = {
     'progress': ('progress', '▲'),
     'retrogression': ('retrogression', '▼'),
-    'no evidence': ('none', '–'),
+    'not significant': ('none', '\N{EN DASH}'),
     'cannot be claimed': ('unknown', '?'),
 }
-PLURAL = {'predator': 'predators', 'prey': 'prey'}
 
 
 def write_report(
@@ -117,7 +116,7 @@ def table_view(identity: str, table: pd.DataFrame, title: str, caption: str) -> 
 
 def _cell(value, column: str) -> dict:
     if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
-        return {'text': '–', 'value': None}
+        return {'text': '\N{EN DASH}', 'value': None}
     if isinstance(value, bool | np.bool_):
         return {'text': 'yes' if value else 'no', 'value': None}
     if isinstance(value, int | np.integer):
@@ -185,7 +184,7 @@ def _verdict_cell(row) -> dict:
 
 
 def answer(part: pd.DataFrame) -> str:
-    """One sentence on a condition from its rows of verdicts: global progress first, then historical."""
+    """Say in one sentence what the verdicts on a condition are, global progress first."""
     sentences = []
     for measure in ('global', 'historical'):
         found = part[part['measure'] == measure].set_index('species')
@@ -201,7 +200,7 @@ def answer(part: pd.DataFrame) -> str:
         text = (
             f'{measure} progress of {" and ".join(winners)}'
             if winners
-            else f'no evidence of {measure} progress'
+            else f'no significant {measure} progress'
         )
         sentences.append(text + (f', retrogression of {" and ".join(losers)}' if losers else ''))
     text = '; '.join(sentences)
@@ -218,8 +217,10 @@ def _warnings(study: Study) -> list[str]:
         ]
         if wrong:
             found.append(
-                f'{", ".join(wrong)}: this version of the episode kernel does not reproduce the fitness '
-                'that the run stored; its tournament is of the same genomes in a different simulation.'
+                f'{", ".join(wrong)}: this version of the episode kernel does not reproduce the '
+                'fitness '
+                'that the run stored; its tournament is of the same genomes in a different '
+                'simulation.'
             )
     return found
 
@@ -246,12 +247,11 @@ def _sections(study: Study, by_name: dict, pictures: list[dict]) -> list[dict]:
 
 
 def _figure(name: str, title: str, caption: str, svg: Path, is_interactive: bool) -> dict:
-    encoded = base64.b64encode(svg.read_bytes()).decode()
     return {
         'name': name,
         'title': title,
         'caption': caption,
-        'image': f'data:image/svg+xml;base64,{encoded}',
+        'image': _deflate(svg.read_text('utf-8')),
         'interactive': is_interactive,
     }
 

@@ -3,7 +3,7 @@
 import re
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -88,14 +88,17 @@ class Run:
 
     @property
     def name(self) -> str:
+        """Name of its folder."""
         return self.folder.resolve().name
 
     @property
     def seed(self) -> int:
+        """Seed, which tells replications apart."""
         return self.configuration.seed
 
     @property
     def condition(self) -> Condition:
+        """What it is a replication of."""
         return Condition(
             self.configuration.algorithm,
             self.configuration.optimizer,
@@ -105,6 +108,7 @@ class Run:
 
     @cached_property
     def environment(self) -> Environment:
+        """Where its episodes are played."""
         return self.configuration.make_environment()
 
     def snapshot(self, generation: int) -> Snapshot:
@@ -181,8 +185,8 @@ def read_runs(folders: Sequence[Path | str]) -> list[Run]:
     Raises
     ------
     AnalysisError
-        A folder is unusable or given twice; replications of a condition differ in more than their seed
-        and budget, or share a seed; or runs said to be of one environment differ in it.
+        A folder is unusable or given twice; replications of a condition differ in more than their
+        seed and budget, or share a seed; or runs said to be of one environment differ in it.
     """
     runs: list[Run] = []
     for folder in folders:
@@ -190,7 +194,7 @@ def read_runs(folders: Sequence[Path | str]) -> list[Run]:
         for other in runs:
             _check_pair(run, other)
         runs.append(run)
-    return sorted(runs, key=lambda run: (run.condition.arena, _order(run.condition), run.seed))
+    return sorted(runs, key=lambda run: (*_order(run.condition), run.seed))
 
 
 def _check_pair(run: Run, other: Run) -> None:
@@ -212,9 +216,11 @@ def _check_pair(run: Run, other: Run) -> None:
                 'analyse them apart'
             )
     elif run.condition.arena == other.condition.arena and run.environment != other.environment:
+        one, two = asdict(other.environment), asdict(run.environment)
+        field = next(name for name in one if one[name] != two[name])
         raise AnalysisError(
-            f'{both} mix environments, one has {other.environment} and one {run.environment}: '
-            'analyse them apart'
+            f'{both} mix environments, {field} is {one[field]} and {two[field]}: analyse them '
+            'apart'
         )
 
 
@@ -222,7 +228,8 @@ def _order(condition: Condition) -> tuple:
     paper = ('standard', 'simplified', 'vanilla')
     known = condition.algorithm in paper
     place = paper.index(condition.algorithm) if known else len(paper)
-    return place, condition.algorithm, condition.optimizer
+    arena = condition.motor_map, condition.environment != 'open'
+    return *arena, place, condition.algorithm, condition.optimizer
 
 
 def choose_generations(

@@ -1,7 +1,8 @@
 """Tests over replications: the paper's one-tailed t-test beside better ones, each labelled.
 
-The replication (one seeded run) is the unit everywhere: individuals and generations of one run are not
-independent. All p-values are one-tailed for "the first is larger" unless a name says otherwise.
+The replication (one seeded run) is the unit everywhere: individuals and generations of one run are
+not independent. All p-values are one-tailed for "the first is larger" unless a name says
+otherwise.
 """
 
 import warnings
@@ -42,7 +43,7 @@ def holm(p):
 
 
 def compare_paired(first, second):
-    """Test "first > second" over replications, for each of K comparisons, which form one Holm family.
+    """Test "first > second" over replications, for K comparisons that form one Holm family.
 
     Parameters
     ----------
@@ -54,10 +55,10 @@ def compare_paired(first, second):
     pandas.DataFrame
         K rows of `TEST_COLUMNS`. `p_paper` is the paper's test (Student's two-sample t-test, equal
         variances, one-tailed, uncorrected); `p_paired` the paired t-test; `p_welch` Welch's;
-        `p_sign_flip` the permutation test that flips the signs of the R differences (exact up to 13
-        replications); `bootstrap_low` and `bootstrap_high` bound the mean difference (95 %, percentile);
-        `hedges_g` is the mean difference over its standard deviation, corrected for small R. With one
-        replication every test is NaN: nothing can be claimed.
+        `p_sign_flip` the permutation test that flips the signs of the R differences (exact up to
+        13 replications); `bootstrap_low` and `bootstrap_high` bound the mean difference (95 %,
+        percentile); `hedges_g` is the mean difference over its standard deviation, corrected for
+        small R. With one replication every test is NaN: nothing can be claimed.
     """
     first, second = np.atleast_2d(first).astype(float), np.atleast_2d(second).astype(float)
     difference = first - second
@@ -90,8 +91,8 @@ def compare_groups(first, second):
     -------
     dict
         `difference` with its bootstrap interval, `hedges_g` (pooled standard deviation), `p_paper`
-        (Student, one-tailed), `p_welch` (one-tailed) and `p_permutation` (labels exchanged, exact for
-        small groups). Tests are NaN when a group has fewer than two replications.
+        (Student, one-tailed), `p_welch` (one-tailed) and `p_permutation` (labels exchanged, exact
+        for small groups). Tests are NaN when a group has fewer than two replications.
     """
     first, second = np.asarray(first, float), np.asarray(second, float)
     row = {
@@ -135,7 +136,7 @@ def compare_groups(first, second):
 
 
 def sign_flip(difference):
-    """One-tailed permutation test on the mean of R differences (..., R), by flipping their signs."""
+    """Permutation test of a mean above 0: flip the signs of R differences (..., R); p-values."""
     return stats.permutation_test(
         (np.asarray(difference, float),),
         np.mean,
@@ -149,7 +150,7 @@ def sign_flip(difference):
 
 
 def bootstrap_interval(values):
-    """95 % percentile bootstrap interval of the mean over the last axis (replications): low, high."""
+    """Bound the mean over the last axis (replications): low, high (95 %, percentile)."""
     values = np.asarray(values, float)
     if values.shape[-1] < 2:
         return np.full(values.shape[:-1], np.nan), np.full(values.shape[:-1], np.nan)
@@ -200,7 +201,8 @@ def caution(replications):
         )
     smallest = 0.5**replications
     sentence = (
-        f'{replications} replications: only effects of about {detectable_effect(replications):.1f} '
+        f'{replications} replications: only effects of about '
+        f'{detectable_effect(replications):.1f} '
         'standard deviations or more are likely (80 %) to be detected at the 5 % level'
     )
     if smallest > ALPHA:

@@ -31,10 +31,10 @@ class Replications:
     profiles, paths : dict of species to float64 (R, S)
         Diversity of fitness profiles (0 to 1) and of paths (m).
     held_out : dict of species to dict of Condition to float64 (R, S)
-        Fitness of each generation against the last generation's best of *other* runs of a condition;
-        a condition without other runs is left out.
-    probes : dict of species to float64 (R, S, candidates)
-        Best fitness a fresh opponent reached against the champion of that species.
+        Fitness of each generation against the last generation's best of *other* runs of a
+        condition; a condition without other runs is left out.
+    probes : dict of species to float32 (R, S, searches, candidates)
+        Best fitness so far of fresh opponents of the champion of that species, see `exploit`.
     reproduced : list of bool
         For each run: whether the kernel gives the fitness matrix that the run itself stored.
     """
@@ -128,7 +128,7 @@ def collect(
 
 
 def tournament_block(run: Run, predators: Snapshot, prey: Snapshot) -> Block:
-    """The episodes of one cell of a run's tournament; on the diagonal complexity is measured too."""
+    """One cell of a run's tournament; on the diagonal complexity is measured too."""
     return Block(
         predators.predators, prey.prey, run.environment, predators.generation == prey.generation
     )
@@ -283,4 +283,4 @@ def _probe(each: Replications, species: str, study: Study, advance) -> np.ndarra
     history = exploit.probe(
         study.evaluations, champions, species, environment, study.budget, advance
     )
-    return history.reshape(len(each.runs), -1, history.shape[1])
+    return history.reshape(len(each.runs), -1, *history.shape[1:])

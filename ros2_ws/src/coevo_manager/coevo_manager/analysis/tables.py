@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 
 from coevo_manager.analysis import beyond, measures, statistics
-from coevo_manager.analysis.figures import cross_values, paper_cross_values
+from coevo_manager.analysis.cross import cross_values, paper_cross_values
+from coevo_manager.analysis.exploit import best_found, while_searching
 from coevo_manager.analysis.measures import SPECIES, performance
 from coevo_manager.analysis.progress import condition_tests
 from coevo_manager.analysis.study import OTHER, Study
@@ -82,7 +83,7 @@ def progress_table(study: Study, arena: str, measure: str, column: str) -> pd.Da
 
 
 def cross_experiment(study: Study) -> pd.DataFrame:
-    """Fig. 4: predator fitness between the last generations of every two runs of an environment."""
+    """Fig. 4: predator fitness between the last generations of runs of one environment."""
     runs = {run.folder: (each, run) for each in study.conditions for run in each.runs}
     rows = []
     for (predators, prey), fitness in study.cross.items():
@@ -101,10 +102,10 @@ def cross_experiment(study: Study) -> pd.DataFrame:
 
 
 def cross_tests(study: Study) -> pd.DataFrame:
-    """Do agents do better against another condition's opponents than against their own's?
+    """Fig. 4's tests: agents against another condition's opponents and against their own's.
 
-    `opponents`: "all" counts a run's own opponents among its condition's, as the paper does; "held-out"
-    leaves them out, since it co-evolved with them.
+    `opponents`: "all" counts a run's own opponents among its condition's, as the paper does;
+    "held-out" leaves them out, since it co-evolved with them.
     """
     rows = []
     for members in study.arenas().values():
@@ -166,7 +167,7 @@ def complexity_condition_tests(study: Study) -> pd.DataFrame:
 
 
 def complexity_correlation(study: Study) -> pd.DataFrame:
-    """Fig. 7: complexity against performance over generations, of the mean and of each replication."""
+    """Fig. 7: complexity against performance, of the mean over replications and of each."""
     rows = []
     for each in study.conditions:
         for species in SPECIES:
@@ -199,10 +200,14 @@ def held_out(study: Study) -> pd.DataFrame:
 
 
 def exploitability(study: Study) -> pd.DataFrame:
-    """Best fitness a fresh opponent reached against each generation's champion of `species`."""
+    """What fresh opponents reached against each generation's champion of `species`."""
     if study.budget is None:
         return pd.DataFrame()
-    table = _curves(study, 'best_response_fitness', lambda each, s: each.probes[s][:, :, -1])
+    table = _curves(study, 'best_found', lambda each, s: best_found(each.probes[s]))
+    anytime = _curves(
+        study, 'mean_while_searching', lambda each, s: while_searching(each.probes[s])
+    )
+    table['mean_while_searching'] = anytime['mean_while_searching']
     return table.assign(
         responder=table['species'].map(OTHER),
         candidates=study.budget.candidates,
@@ -211,7 +216,7 @@ def exploitability(study: Study) -> pd.DataFrame:
 
 
 def diversity(study: Study) -> pd.DataFrame:
-    """Distances between the behaviours of a population: of paths (m) and of fitness profiles (0 to 1)."""
+    """Distances within a population: of paths (m) and of fitness profiles (0 to 1)."""
     table = _curves(study, 'path_distance', lambda each, species: each.paths[species])
     profiles = _curves(study, 'profile_distance', lambda each, species: each.profiles[species])
     return table.merge(profiles, on=['arena', 'condition', 'seed', 'species', 'generation'])

@@ -1,15 +1,14 @@
 """Post-evaluation of populations against each other, stored by content.
 
-A `Block` is every predator of one set against every prey of another. Its result is kept in a file named
-by a hash of the genomes, the environment and the kernel's version: a second analysis, or one with a
-replication more, evaluates only what is new, and an interrupted one continues where it was.
+A `Block` is every predator of one set against every prey of another. Its result is kept in a file
+named by a hash of the genomes, the environment and the kernel's version: a second analysis, or one
+with a replication more, evaluates only what is new, and an interrupted one continues where it was.
 """
 
 import concurrent.futures as futures_module
 import hashlib
 import json
 import multiprocessing
-import os
 import uuid
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -44,6 +43,7 @@ class Block:
 
     @property
     def episodes(self) -> int:
+        """Number of its episodes."""
         return len(self.predators) * len(self.prey)
 
     @cached_property
@@ -89,13 +89,14 @@ class Store:
         return self.folder / name[:2] / f'{name}.npz'
 
     def save(self, digest: str, **arrays: np.ndarray) -> None:
+        """Keep arrays under the hash of what they result from."""
         path = self.path(digest)
         path.parent.mkdir(exist_ok=True)
         beside = path.with_suffix(f'.{uuid.uuid4().hex}.tmp')
         try:
             with beside.open('wb') as file:
                 np.savez_compressed(file, **arrays)
-            os.replace(beside, path)
+            beside.replace(path)
         finally:
             beside.unlink(missing_ok=True)
 

@@ -26,6 +26,14 @@ async function drawCharts() {
   }
 }
 
+async function showPictures() {
+  for (const image of document.querySelectorAll('img[data-svg]')) {
+    const svg = new Blob([await inflate(image.dataset.svg)], { type: 'image/svg+xml' });
+    image.src = URL.createObjectURL(svg);
+    delete image.dataset.svg;
+  }
+}
+
 function makeSortable(table) {
   const headings = [...table.tHead.rows[0].cells];
   headings.forEach((heading, column) => heading.querySelector('button').addEventListener('click', () => {
@@ -48,3 +56,4 @@ function makeSortable(table) {
 
 document.querySelectorAll('table.sortable').forEach(makeSortable);
 drawCharts();
+showPictures();
