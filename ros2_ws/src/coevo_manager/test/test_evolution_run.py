@@ -189,6 +189,36 @@ def test_equal_seeds_give_equal_files(tmp_path, optimizer):
     assert contents(other)['generations.csv'] != expected['generations.csv']
 
 
+def test_groups_of_agents_do_not_wait_for_each_other(tmp_path):
+    """One batch is answered last of all; the other group runs through the phase meanwhile."""
+
+    class Partial(DisorderlyEvaluator):
+        held = None
+
+        def collect(self, timeout=None):
+            started = self.tickets > self.slots  # the first evaluation is over
+            if started and self.held is None:
+                self.held = min(self._waiting)
+            free = [ticket for ticket in self._waiting if ticket != self.held]
+            if not free:
+                released.append(self.tickets)
+                free, self.held = [self.held], 0
+            batch = self._waiting.pop(min(free))
+            indices = batch.predator_index, batch.prey_index
+            return min(free), evaluate_pairs(
+                batch.predators, batch.prey, *indices, environment=self.environment
+            )
+
+    released = []
+    configuration = configure(phases=1)
+    evaluator = Partial(configuration.make_environment(), slots=2)
+    run(tmp_path / 'held', configuration, evaluator)
+    first_evaluation, both_groups = 2, 2
+    assert released == [first_evaluation + both_groups + configuration.generations - 1]
+    run(tmp_path / 'whole', configuration)
+    assert contents(tmp_path / 'held') == contents(tmp_path / 'whole')
+
+
 def test_species_swap_after_the_phase_that_completes_each_such_generation(tmp_path):
     run(tmp_path / 'run', configure(phases=6, generations=7, swap_generations=10))
     # Ends of phases: 7, 14 (10 completed), 21 (20), 28, 35 (30), 42.
@@ -206,16 +236,18 @@ def test_snapshots_of_the_start_each_interval_and_the_end(tmp_path):
 def test_budgets_are_spent_and_never_exceeded(tmp_path, limit):
     whole = run_costs(tmp_path / 'whole', configure())
     budget = round(whole[limit] * 0.7)
-    cost = run_costs(tmp_path / 'budget', configure(phases=None, **{limit: budget}))
+    seen = []
+    cost = run_costs(tmp_path / 'budget', configure(phases=None, **{limit: budget}), seen.append)
     assert budget * 0.85 < cost[limit] <= budget
+    assert seen[-1].progress == 1.0
     # Up to where the budget cuts it, the run is the same run.
     rows = (tmp_path / 'budget' / 'generations.csv').read_text().splitlines()
     expected = (tmp_path / 'whole' / 'generations.csv').read_text().splitlines()
     assert rows[:13] == expected[:13]
 
 
-def run_costs(folder, configuration):
-    run(folder, configuration)
+def run_costs(folder, configuration, observer=None):
+    run(folder, configuration, observer=observer)
     row = table(folder / 'phases.csv')[-1]
     return {name: int(row[name]) for name in ('episodes', 'ticks')}
 

@@ -90,7 +90,7 @@ class Configuration:
     agent_selection: str = _field(
         'distinct',
         'the best agent against each selected opponent: each agent once (the next best where '
-        'it is taken), or as often as it is the best',
+        'it is taken), or as often as it is the best; in the algorithm vanilla all are agents',
         choices=('distinct', 'repeated'),
     )
     ranking_weights: str = _field(
@@ -107,7 +107,8 @@ class Configuration:
     )
     archive_share: float = _field(
         0.5,
-        'algorithm hall_of_fame: share of the opponents drawn from the archive',
+        'algorithm hall_of_fame: share of the opponents drawn from the archive; the others, and '
+        'those that a young archive lacks, are the fittest of the opposing population',
         minimum=0.0,
         maximum=1.0,
     )

@@ -281,7 +281,7 @@ class Evolution:
             retained,
             state.episodes,
             state.ticks,
-            self._progress(state),
+            self._progress(state) if self._budget.generations_left(state) else 1.0,
         )
         self._folder.save(self.configuration, state, self._algorithm, generations, stats, snapshot)
         self.log(f'completed phase {state.phase}, generation {state.generation}')

@@ -6,6 +6,7 @@ import contextlib
 import datetime
 import fcntl
 import json
+import os
 import platform
 import threading
 from collections.abc import Iterable, Iterator
@@ -63,7 +64,7 @@ def read_configuration(folder: Path | str) -> Configuration:
 
 
 def check_new_folder(path: Path | str) -> None:
-    """Check that a run may begin in a folder: there is none, or an empty one.
+    """Check that a run may begin in a folder: it is empty, or can be made.
 
     Raises
     ------
@@ -76,7 +77,12 @@ def check_new_folder(path: Path | str) -> None:
                 f'{path} holds another run; give another folder, or continue that run by '
                 f'resuming {path}'
             )
-        if path.exists() and any(not f.name.endswith(TEMPORARY) for f in path.iterdir()):
+        held = next(place for place in (path, *path.parents) if place.exists())
+        if not held.is_dir():
+            raise RunFolderError(f'cannot make {path}: {held} is not a folder')
+        if not os.access(held, os.W_OK | os.X_OK):
+            raise RunFolderError(f'cannot write {path}: no permission to write in {held}')
+        if held == path and any(not f.name.endswith(TEMPORARY) for f in path.iterdir()):
             raise RunFolderError(f'{path} is not empty; give a new or an empty folder')
     except OSError as error:
         raise RunFolderError(f'cannot use {path}: {error.strerror}') from None
