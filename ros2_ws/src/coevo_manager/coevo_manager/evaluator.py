@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import rclpy
+from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
@@ -52,6 +53,7 @@ class EvaluatorNode(Node):
             start_parameter_services=False,
         )
         self._streams: dict[tuple[Environment, bool], EpisodeStream] = {}
+        self._last = EnvironmentMsg(), Environment()
         self._service = self.create_service(EvaluateBatch, 'evaluate_batch', self._never_spun)
         self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 1, 0, self.context.handle)
         self.get_logger().info(f'ready on {self._service.service_name}')
@@ -82,7 +84,9 @@ class EvaluatorNode(Node):
                 )
 
     def _begin(self, request: EvaluateBatch.Request, request_id) -> None:
-        environment = to_environment(request.environment)
+        if request.environment != self._last[0]:
+            self._last = request.environment, to_environment(request.environment)
+        environment = self._last[1]
         batch = to_batch(request)
         if not len(batch):
             self._respond(EvaluateBatch.Response(success=True), request_id)

@@ -166,7 +166,7 @@ class RosEvaluator:
         for part in self._waiting:
             part.done = True
         for client in self._clients:
-            for part in client.give_away():
+            for part in client.in_flight.values():
                 part.done = True
         self._waiting.clear()
         self._results.clear()
