@@ -1,3 +1,5 @@
+from glob import glob
+
 from setuptools import find_packages, setup
 
 PACKAGE = 'coevo_manager'
@@ -6,9 +8,11 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
+    package_data={PACKAGE: ['analysis/assets/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', glob('launch/*')),
     ],
     install_requires=['setuptools'],
     zip_safe=True,
@@ -19,9 +23,15 @@ setup(
     extras_require={'test': ['pytest']},
     entry_points={
         'console_scripts': [
+            'analyze = coevo_manager.analyze:main',
+            'campaign = coevo_manager.campaign:main',
             'evaluator = coevo_manager.evaluator:main',
             'evolve = coevo_manager.evolve:main',
+            'export = coevo_manager.export:main',
             'manager = coevo_manager.manager:main',
+            'record = coevo_manager.record:main',
+            'replay = coevo_manager.replay:main',
+            'transfer = coevo_manager.transfer:main',
         ],
     },
 )
