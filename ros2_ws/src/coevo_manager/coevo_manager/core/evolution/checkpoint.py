@@ -74,7 +74,8 @@ def drop_old(folder: Path) -> None:
 
 def newest_first(folder: Path) -> list[Path]:
     """List the checkpoints in a folder."""
-    return sorted(folder.glob('phase_*.npz'), reverse=True)
+    paths = folder.glob('phase_*.npz')
+    return sorted(paths, key=lambda path: (len(path.name), path.name), reverse=True)
 
 
 def load(

@@ -59,6 +59,8 @@ class Generation:
         Agents that were replaced.
     ticks : int
         Ticks simulated.
+    groups : int
+        Groups of agents that have completed it.
     """
 
     fitness: np.ndarray
