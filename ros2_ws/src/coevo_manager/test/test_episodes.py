@@ -188,6 +188,7 @@ def test_bad_requests_are_refused_in_one_sentence(change, clue):
         ('episode_ticks', 10**9),
         ('wall_friction', -0.1),
         ('wall_friction', math.inf),
+        ('physics', 'quantum'),
     ],
 )
 def test_bad_environments_are_refused_by_field_and_value(field, value):

@@ -23,7 +23,7 @@ STEP = 10 * WHEEL_RADIUS * TICK  # m, a tick at 10 rad/s
 FAR = (1.2, -1.2, 0.0)
 
 
-def after(pose, *wheels, arena=Arena(), other=FAR):  # noqa: B008 (frozen)
+def after(pose, *wheels, arena=Arena(), other=FAR):
     """Pose of the predator after one tick for each pair of wheel speeds; the prey stands."""
     world = World(arena)
     world.reset(np.array([pose, other]))
@@ -159,7 +159,7 @@ def test_sliding_along_the_obstacle(friction):
     assert depth > 0.005
 
 
-def captured(starts, headings, speeds, arena=Arena()):  # noqa: B008 (frozen)
+def captured(starts, headings, speeds, arena=Arena()):
     world = World(arena)
     world.reset(np.column_stack([starts, headings]))
     return bool(world.step(np.repeat(np.array(speeds, np.float32)[:, None], 2, axis=1)))

@@ -176,6 +176,15 @@ def test_contact_lasts_as_long_as_the_push():
     assert world.readings[1, 36] == 0
 
 
+@pytest.mark.parametrize(('start', 'arena'), [((1.415, 0, 0), OPEN), ((-0.135, 0, 0), OBSTACLE)])
+def test_a_push_of_less_than_a_hundredth_of_a_millimetre_is_not_felt(start, arena):
+    for push, felt in ((0, 0), (0.9e-5, 0), (1.1e-5, 1)):
+        world = World(arena)
+        world.reset(np.array([start, FAR]))
+        world.step(np.array([(push / 0.0027, push / 0.0027), (0, 0)], np.float32))
+        assert world.readings[0, 36] == felt
+
+
 def test_contact_with_the_obstacle_is_felt():
     world = World(OBSTACLE)
     world.reset(np.array([(-BODY_RADIUS - OBSTACLE_RADIUS - 0.01, 0, 0), FAR]))
