@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 from ament_index_python import PackageNotFoundError, get_package_prefix, get_packages_with_prefixes
+from ros2_launch import launch
 
 
 def executables(package: str) -> dict[str, Path]:
@@ -66,7 +67,7 @@ def _print_executables(package: str) -> None:
         print(package, name)
 
 
-COMMANDS = {'run': run, 'pkg': pkg}
+COMMANDS = {'run': run, 'launch': launch, 'pkg': pkg}
 
 
 def main(arguments: list[str]) -> int:

@@ -28,7 +28,8 @@ _INFINITE = QosTime(2147483647, 4294967295)
 class BagWriter:
     """A bag that appears under its name when it is complete, and not before.
 
-    Messages are filed under simulated time: that of their header, or else of the last clock message.
+    Messages are filed under simulated time: that of their header, or else of the last clock
+    message.
     To be used as a context manager; an exception leaves no bag.
 
     Parameters
@@ -68,9 +69,10 @@ class BagWriter:
         written.rename(target)
         metadata = self._partial / 'metadata.yaml'
         metadata.write_text(
-            metadata.read_text(encoding='utf-8').replace(written.name, target.name), encoding='utf-8'
+            metadata.read_text(encoding='utf-8').replace(written.name, target.name),
+            encoding='utf-8',
         )
-        os.replace(self._partial, self._path)
+        self._partial.replace(self._path)
 
     def add_topic(self, topic, type_name, qos):
         """Add a topic.

@@ -5,17 +5,12 @@ import os
 import tempfile
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from marxbot_msgs.srv import Step
-from marxbot_sim.core.drive import wheel_speeds
-from marxbot_sim.core.parameters import TICK
-from marxbot_sim.core.simulation import ROBOTS
-from node_runner import call, make_executor, wait_until
-from node_runner.children import Children
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -23,13 +18,18 @@ from std_srvs.srv import Trigger
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.recorder import COMMANDS, GROUND_TRUTH, Recorder
+from marxbot_sim.core.drive import wheel_speeds
+from marxbot_sim.core.parameters import TICK
+from marxbot_sim.core.simulation import ROBOTS
+from node_runner import call, make_executor, wait_until
+from node_runner.children import Children
 
 START_TIMEOUT = 60.0
 """How long the processes may take to start, s; the first time, kernels are compiled."""
 
 CHUNK = 10
-"""Ticks that the simulator makes at a stretch in lockstep: their messages must fit the shared memory
-of the transport (512 KB), or some would be lost."""
+"""Ticks that the simulator makes at a stretch in lockstep: their messages must fit the shared
+memory of the transport (512 KB), or some would be lost."""
 
 TICK_TIMEOUT = 30.0
 """How long to wait for any progress, s."""
@@ -89,7 +89,7 @@ class EpisodePlayer:
 
     def __init__(
         self,
-        environment=Environment(),  # noqa: B008  frozen
+        environment=Environment(),
         real_time_factor=0.0,
         namespace=None,
         node_name='episode_player',
@@ -108,7 +108,9 @@ class EpisodePlayer:
     def __enter__(self):
         self._log = tempfile.TemporaryFile('w+')
         self._children = Children()
-        self._node = Node(self._node_name, namespace=self.namespace, start_parameter_services=False)
+        self._node = Node(
+            self._node_name, namespace=self.namespace, start_parameter_services=False
+        )
         self._executor = make_executor(self._node)
         try:
             self._start_processes()
@@ -132,26 +134,42 @@ class EpisodePlayer:
         for topic in ('clock', 'tf', 'diagnostics'):
             remaps += ['-r', f'/{topic}:={self._prefix}/{topic}']
         environment = self._environment
-        self._start('marxbot_sim', 'simulator', self.namespace, remaps, {
-            'lockstep': self._lockstep,
-            'real_time_factor': self._pace,
-            'paused': True,
-            'episode_ticks': environment.episode_ticks,
-            'stamped_cmd_vel': True,
-            'physics': environment.physics,
-            'arena.obstacle': environment.obstacle,
-            'arena.wall_friction': environment.wall_friction,
-            'max_wheel_speed': max(environment.max_wheel_speeds),
-        })
-        for robot, speed in zip(ROBOTS, environment.max_wheel_speeds, strict=True):
-            self._start('neuro_controller', 'controller', f'{self._prefix}/{robot}', remaps, {
-                'trigger': 'sensors',
-                'stamped_cmd_vel': True,
-                'sensor_timeout': TICK_TIMEOUT,
-                'max_wheel_speed': speed,
-                'motor_map': environment.motor_map,
+        self._start(
+            'marxbot_sim',
+            'simulator',
+            self.namespace,
+            remaps,
+            {
+                'lockstep': self._lockstep,
+                'real_time_factor': self._pace,
+                'paused': True,
                 'episode_ticks': environment.episode_ticks,
-            })
+                'stamped_cmd_vel': True,
+                'physics': environment.physics,
+                'arena.obstacle': environment.obstacle,
+                'arena.wall_friction': environment.wall_friction,
+                'max_wheel_speed': max(environment.max_wheel_speeds),
+                **{
+                    f'perturbations.{name}': value
+                    for name, value in asdict(environment.perturbations).items()
+                },
+            },
+        )
+        for robot, speed in zip(ROBOTS, environment.max_wheel_speeds, strict=True):
+            self._start(
+                'neuro_controller',
+                'controller',
+                f'{self._prefix}/{robot}',
+                remaps,
+                {
+                    'trigger': 'sensors',
+                    'stamped_cmd_vel': True,
+                    'sensor_timeout': TICK_TIMEOUT,
+                    'max_wheel_speed': speed,
+                    'motor_map': environment.motor_map,
+                    'episode_ticks': environment.episode_ticks,
+                },
+            )
 
     def _start(self, package, executable, namespace, remaps, parameters):
         arguments = ['--ros-args', '-r', f'__ns:={namespace or "/"}', *remaps]
@@ -185,7 +203,9 @@ class EpisodePlayer:
         self._parameters = [
             client(SetParameters, f'{robot}/controller/set_parameters') for robot in ROBOTS
         ]
-        self._states = [client(ChangeState, f'{robot}/controller/change_state') for robot in ROBOTS]
+        self._states = [
+            client(ChangeState, f'{robot}/controller/change_state') for robot in ROBOTS
+        ]
 
     # Episodes
 
@@ -283,7 +303,9 @@ class EpisodePlayer:
             before = state.tick
             wanted = target if self._lockstep else before + 1
             self._wait(
-                lambda wanted=wanted: self._recorder.state.ended or self._recorder.state.tick >= wanted,
+                lambda wanted=wanted: (
+                    self._recorder.state.ended or self._recorder.state.tick >= wanted
+                ),
                 TICK_TIMEOUT / min(self._pace, 1.0),
                 f'tick {wanted} of the episode',
             )

@@ -2,13 +2,15 @@
 
 from collections import Counter
 
-from marxbot_sim.core.simulation import ROBOTS
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
 from coevo_manager.messages import message_class
+from marxbot_sim.core.simulation import ROBOTS
 
-SENSORS = tuple(f'/{robot}/{s}' for robot in ROBOTS for s in ('proximity', 'camera', 'ground', 'traction'))
+SENSORS = tuple(
+    f'/{robot}/{s}' for robot in ROBOTS for s in ('proximity', 'camera', 'ground', 'traction')
+)
 COMMANDS = tuple(f'/{robot}/cmd_vel' for robot in ROBOTS)
 GROUND_TRUTH = tuple(f'/{robot}/ground_truth' for robot in ROBOTS)
 STATE = '/arena/state'
@@ -104,7 +106,9 @@ class Recorder:
 
     def begun(self):
         """Return whether the start of an episode has been received."""
-        return all(self.counts[topic] for topic in (*EVERY_TICK, *LATCHED)) and self.state.tick == 0
+        return (
+            all(self.counts[topic] for topic in (*EVERY_TICK, *LATCHED)) and self.state.tick == 0
+        )
 
     def complete(self, ticks, commands):
         """Return whether no message of an episode is missing.
@@ -127,7 +131,9 @@ class Recorder:
 
     def last(self, topic):
         """Return the last message of a topic."""
-        return self._decode(topic, next(data for t, data in reversed(self._messages) if t == topic))
+        return self._decode(
+            topic, next(data for t, data in reversed(self._messages) if t == topic)
+        )
 
     def save(self, bag):
         """Write everything to a bag."""

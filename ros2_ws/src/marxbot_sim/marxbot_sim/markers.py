@@ -47,18 +47,37 @@ class _RobotMarkers:
         first = 10 * number
         diameter = 2 * BODY_RADIUS
         body = _marker(
-            robot, first, Marker.CYLINDER, (0.25, 0.25, 0.28, 1.0), (diameter, diameter, BODY_HEIGHT), BODY_HEIGHT / 2
+            robot,
+            first,
+            Marker.CYLINDER,
+            (0.25, 0.25, 0.28, 1.0),
+            (diameter, diameter, BODY_HEIGHT),
+            BODY_HEIGHT / 2,
         )
-        ring = _marker(robot, first + 1, Marker.LINE_STRIP, (*light, 1.0), (0.02, 0.0, 0.0), BODY_HEIGHT)
+        ring = _marker(
+            robot, first + 1, Marker.LINE_STRIP, (*light, 1.0), (0.02, 0.0, 0.0), BODY_HEIGHT
+        )
         ring.points = [_point(BODY_RADIUS, math.radians(15 * i)) for i in range(25)]
         heading = _marker(
-            robot, first + 2, Marker.ARROW, (1.0, 1.0, 1.0, 1.0), (BODY_RADIUS, 0.02, 0.02), BODY_HEIGHT + 0.01
+            robot,
+            first + 2,
+            Marker.ARROW,
+            (1.0, 1.0, 1.0, 1.0),
+            (BODY_RADIUS, 0.02, 0.02),
+            BODY_HEIGHT + 0.01,
         )
-        self._rays = _marker(robot, first + 3, Marker.LINE_LIST, (1.0, 1.0, 0.0, 1.0), (0.006, 0.0, 0.0), 0.03)
+        self._rays = _marker(
+            robot, first + 3, Marker.LINE_LIST, (1.0, 1.0, 0.0, 1.0), (0.006, 0.0, 0.0), 0.03
+        )
         for i in range(INFRARED_RAYS):
             angle = math.radians(7.5 + 15 * i)
-            self._rays.points += [_point(BODY_RADIUS, angle), _point(BODY_RADIUS + INFRARED_RANGE, angle)]
-        self._sectors = _marker(robot, first + 4, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0, 1.0), height=0.02)
+            self._rays.points += [
+                _point(BODY_RADIUS, angle),
+                _point(BODY_RADIUS + INFRARED_RANGE, angle),
+            ]
+        self._sectors = _marker(
+            robot, first + 4, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0, 1.0), height=0.02
+        )
         step = 2 * math.pi / (CAMERA_SECTORS * _ARC_STEPS)
         for i in range(CAMERA_SECTORS * _ARC_STEPS):
             self._sectors.points += [
@@ -95,7 +114,9 @@ class ArenaMarkers:
     """One MarkerArray that draws everything, its static parts made once."""
 
     def __init__(self):
-        self._robots = [_RobotMarkers(robot, number) for number, robot in enumerate(LED_COLORS, start=1)]
+        self._robots = [
+            _RobotMarkers(robot, number) for number, robot in enumerate(LED_COLORS, start=1)
+        ]
 
     def message(self, stamp, arena, poses, readings):
         """Return the markers of the present state.
@@ -109,10 +130,20 @@ class ArenaMarkers:
         readings : float32 array, shape (2, 37)
         """
         half = arena.size / 2
-        floor = _marker('arena', 0, Marker.CUBE, (0.75, 0.75, 0.75, 1.0), (arena.size, arena.size, 0.01), -0.006)
-        walls = _marker('arena', 1, Marker.LINE_STRIP, (0.05, 0.05, 0.05, 1.0), (0.02, 0.0, 0.0), 0.05)
+        floor = _marker(
+            'arena',
+            0,
+            Marker.CUBE,
+            (0.75, 0.75, 0.75, 1.0),
+            (arena.size, arena.size, 0.01),
+            -0.006,
+        )
+        walls = _marker(
+            'arena', 1, Marker.LINE_STRIP, (0.05, 0.05, 0.05, 1.0), (0.02, 0.0, 0.0), 0.05
+        )
         walls.points = [
-            Point(x=x * half, y=y * half) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
+            Point(x=x * half, y=y * half)
+            for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))
         ]
         obstacle = _marker(
             'arena',

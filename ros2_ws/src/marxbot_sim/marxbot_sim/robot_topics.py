@@ -30,8 +30,8 @@ def yaw_quaternion(yaw):
 class RobotTopics:
     """The topics of one robot, under its name.
 
-    Messages are made once and filled anew, which keeps a lockstep tick short. Whatever a controller
-    does not wait for is only published while somebody listens.
+    Messages are made once and filled anew, which keeps a lockstep tick short. Whatever a
+    controller does not wait for is only published while somebody listens.
 
     Parameters
     ----------

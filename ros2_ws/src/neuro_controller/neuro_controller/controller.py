@@ -8,7 +8,6 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from marxbot_msgs.msg import Camera, Ground
-from node_runner import run_node
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
@@ -25,10 +24,8 @@ from neuro_controller.core.genome import GENES
 from neuro_controller.core.limits import Limits
 from neuro_controller.core.pilot import PERIOD, Pilot
 from neuro_controller.genome_client import GenomeClient
-from neuro_controller.sensors import Sensors
-
-LOG_PERIOD = 5.0
-"""Shortest time between two equal complaints in the log, s."""
+from neuro_controller.sensors import READINGS, Sensors
+from node_runner import Complaints, run_node
 
 TRIGGERS = ('timer', 'sensors')
 
@@ -38,15 +35,21 @@ _NETWORK = {
     'episode_ticks': (1000, 'ticks of 0.1 s after which the clock neuron reads 1'),
 }
 _FIXED = {
-    'genome_server': ('', 'name of a node that holds genomes as parameters, such as /genome_server'),
+    'genome_server': (
+        '',
+        'name of a node that holds genomes as parameters, such as /genome_server',
+    ),
     'champion': ('', 'parameter of genome_server to fetch the genome from, such as predator'),
     'autostart': (False, 'configure and activate as soon as there is a genome'),
     'trigger': (
         'timer',
-        "when to step: 'timer', every 0.1 s; or 'sensors', for each complete set of readings with one stamp",
+        "when to step: 'timer', every 0.1 s; 'sensors', for each set of readings with one stamp",
     ),
     'stamped_cmd_vel': (False, 'publish TwistStamped on cmd_vel instead of Twist'),
-    'sensor_timeout': (0.5, 's without a good message of a sensor after which the robot is stopped'),
+    'sensor_timeout': (
+        0.5,
+        's without a good message of a sensor after which the robot is stopped',
+    ),
     'contact_threshold': (0.5, 'traction force above which the robot counts as in contact, N'),
     'wheel_radius': (WHEEL_RADIUS, 'radius of the wheels that the network believes in, m'),
     'wheel_separation': (WHEEL_SEPARATION, 'distance between those wheels, m'),
@@ -68,13 +71,18 @@ class ControllerNode(LifecycleNode):
         self._on_sensors = self._value('trigger') == 'sensors'
         self._timeout = self._value('sensor_timeout')
         if self._value('trigger') not in TRIGGERS:
-            raise ValueError(f'trigger is {self._value("trigger")!r}, expected one of {", ".join(TRIGGERS)}')
+            raise ValueError(
+                f'trigger is {self._value("trigger")!r}, expected one of {", ".join(TRIGGERS)}'
+            )
         for name in ('sensor_timeout', 'wheel_radius', 'wheel_separation'):
             if not self._value(name) > 0:
                 raise ValueError(f'{name} is {self._value(name)}, expected a number above 0')
+        # Compiled now, not at the first tick.
+        Controller(np.zeros(GENES), 1.0).step(np.zeros(READINGS))
         self._pilot = self._make_pilot({})
         self._sensors = Sensors(self._value('contact_threshold'))
         self._message = TwistStamped() if self._value('stamped_cmd_vel') else Twist()
+        self._complaints = Complaints(self.get_logger())
         self._active = False
         self._steps = 0
         self._trouble = ''
@@ -86,7 +94,9 @@ class ControllerNode(LifecycleNode):
         self._step_clock = steady if self._on_sensors else self.get_clock()
         self.create_timer(1.0, self._report, clock=steady)
         self._jump_handle = self.get_clock().create_jump_callback(
-            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False),
+            JumpThreshold(
+                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
+            ),
             post_callback=self._on_time_jump,
         )
         self.add_on_set_parameters_callback(self._check_parameters)
@@ -99,7 +109,9 @@ class ControllerNode(LifecycleNode):
         if server:
             if self._pilot is not None:
                 raise ValueError('genome and genome_server are both set, expected one of them')
-            self._genome_client = GenomeClient(self, server, self._value('champion'), self._on_genome)
+            self._genome_client = GenomeClient(
+                self, server, self._value('champion'), self._on_genome
+            )
         elif autostart:
             if self._pilot is None:
                 raise ValueError('genome is not set, expected it or genome_server with autostart')
@@ -119,7 +131,9 @@ class ControllerNode(LifecycleNode):
             )
         for field in fields(Limits):
             self.declare_parameter(
-                f'limits.{field.name}', field.default, ParameterDescriptor(description='see Limits')
+                f'limits.{field.name}',
+                field.default,
+                ParameterDescriptor(description='see Limits'),
             )
 
     def _value(self, name):
@@ -150,7 +164,7 @@ class ControllerNode(LifecycleNode):
         return SetParametersResult(successful=True)
 
     def _take_parameters(self, parameters):
-        """Swap the pilot. One with another network starts afresh; other limits keep the network."""
+        """Swap the pilot. Another network starts afresh; other limits keep the network."""
         names = {parameter.name for parameter in parameters}
         pilot = self._make_pilot({})
         if names & {'genome', *_NETWORK}:
@@ -175,7 +189,9 @@ class ControllerNode(LifecycleNode):
         if self._pilot is None:
             self.get_logger().error('cannot be configured: genome is not set')
             return TransitionCallbackReturn.FAILURE
-        self._command_publisher = self.create_lifecycle_publisher(type(self._message), 'cmd_vel', 10)
+        self._command_publisher = self.create_lifecycle_publisher(
+            type(self._message), 'cmd_vel', 10
+        )
         self._neurons_publisher = self.create_lifecycle_publisher(Float32MultiArray, 'neurons', 10)
         self._sensor_subscriptions = [
             self.create_subscription(
@@ -264,7 +280,7 @@ class ControllerNode(LifecycleNode):
             self._sensors.take(sensor, message, self._now())
         except ValueError as error:
             self._refused = str(error)
-            self._warn(f'message ignored: {error}')
+            self._complaints.warn(f'message ignored: {error}')
             return
         if self._on_sensors:
             stamp = self._sensors.common_stamp()
@@ -274,7 +290,7 @@ class ControllerNode(LifecycleNode):
                 self._publish_command(stamp)
 
     def _on_timer(self):
-        """Stop the robot when a sensor is silent; otherwise, unless the sensors trigger steps, step."""
+        """Stop the robot when a sensor is silent; else, unless the sensors trigger steps, step."""
         if not self._active:
             return
         now = self._now()
@@ -290,12 +306,12 @@ class ControllerNode(LifecycleNode):
             self._publish_command(self.get_clock().now().to_msg())
 
     def _stop_without(self, silent):
-        """Stop the robot, saying which sensors are missing; on the timer again and again."""
+        """Stop the robot and say which sensors are missing; on the timer again and again."""
         first = not self._trouble
         self._trouble = f'no {" and no ".join(silent)} for {self._timeout:g} s'
         if self._refused:
             self._trouble += f' (last refused: {self._refused})'
-        self._warn(f'robot stopped: {self._trouble}')
+        self._complaints.warn(f'robot stopped: {self._trouble}')
         if first or not self._on_sensors:
             self._pilot.stop()
             self._publish_command(self.get_clock().now().to_msg())
@@ -313,9 +329,6 @@ class ControllerNode(LifecycleNode):
             controller = self._pilot.controller
             neurons = np.concatenate([controller.inputs, controller.hidden, controller.outputs])
             self._neurons_publisher.publish(Float32MultiArray(data=array('f', neurons.tobytes())))
-
-    def _warn(self, text):
-        self.get_logger().warning(text, throttle_duration_sec=LOG_PERIOD)
 
     def _report(self):
         """Tell on /diagnostics how the controller is."""

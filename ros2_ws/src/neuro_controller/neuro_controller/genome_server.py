@@ -1,12 +1,12 @@
-"""The genome server: a run's champions, and the shipped ones, as parameters for controllers to fetch."""
+"""The genome server: a run's champions, and the shipped ones, as parameters to be fetched."""
 
 import sys
 
-from node_runner import run_node
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from neuro_controller.core.champions import SHIPPED, SPECIES, read_snapshot, snapshots
+from node_runner import run_node
 
 
 class GenomeServer(Node):

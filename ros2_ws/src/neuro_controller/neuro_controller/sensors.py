@@ -1,4 +1,4 @@
-"""The controller's view of its robot: the last message of each sensor, checked and put in order."""
+"""The controller's view of its robot: each sensor's last message, checked and put in order."""
 
 import math
 

@@ -5,6 +5,15 @@ executor's (a busy node ends in an ``RCLError``, an idle one sometimes hangs), a
 single-threaded executor is 1.6 times slower in lockstep than the events executor.
 """
 
-from node_runner.runner import call, make_executor, run_node, stop_requested, wait_until
+from node_runner.complaints import Complaints
+from node_runner.runner import call, make_executor, run_node, run_ros, stop_requested, wait_until
 
-__all__ = ['call', 'make_executor', 'run_node', 'stop_requested', 'wait_until']
+__all__ = [
+    'Complaints',
+    'call',
+    'make_executor',
+    'run_node',
+    'run_ros',
+    'stop_requested',
+    'wait_until',
+]

@@ -17,6 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 SPIN_TIMEOUT = 0.1
 """Longest wait of one turn of the loop, s: a signal is honoured within this time."""
 
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
 stop_requested = threading.Event()
 """Set by the first SIGINT or SIGTERM of a process that called `run_node`."""
 
@@ -28,51 +30,70 @@ def make_executor(node: Node) -> Executor:
     return executor
 
 
-def run_node(
-    make_node: Callable[[], Node],
-    args: Sequence[str] | None = None,
-    work: Callable[[Node, Executor], int] | None = None,
-) -> int:
-    """Run a node until SIGINT, SIGTERM or the end of its work, and leave nothing behind.
+def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
+    """Do something with ROS 2 until it is done or SIGINT or SIGTERM comes; leave nothing behind.
 
     Parameters
     ----------
-    make_node
-        Builds the node. A `ValueError` is bad input: its text is printed on stderr.
+    work
+        Returns an exit code. It waits by `wait_until` or `call`, which raise `KeyboardInterrupt`
+        when a signal came. `ValueError` is bad input, `RuntimeError` and `TimeoutError` are
+        failures: their text is printed on stderr.
     args
         Command line with the ``--ros-args``; None takes ``sys.argv``.
-    work
-        ``work(node, executor) -> exit code``, for a node that has an end of its own. It waits by
-        `wait_until` or `call`, which raise `KeyboardInterrupt` when a signal came.
 
     Returns
     -------
     int
-        Exit code: 0 after a signal, 2 after bad input, otherwise what `work` returned.
+        Exit code: 0 after a signal, 2 after bad input, 1 after a failure, else that of `work`.
     """
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in _SIGNALS:
         signal.signal(number, lambda *_: stop_requested.set())
-    node = executor = None
     try:
-        node = make_node()
-        executor = make_executor(node)
-        if work is not None:
-            return work(node, executor)
-        while not stop_requested.is_set():
-            executor.spin_once(timeout_sec=SPIN_TIMEOUT)
-        return 0
+        return work()
     except KeyboardInterrupt:
         return 0
     except (ValueError, ParameterException) as error:
         print(f'error: {error}', file=sys.stderr)
         return 2
+    except (RuntimeError, TimeoutError) as error:
+        print(f'error: {error}', file=sys.stderr)
+        return 1
     finally:
-        if executor is not None:
-            executor.shutdown()
-        if node is not None:
-            node.destroy_node()
         rclpy.try_shutdown()
+
+
+def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
+    """Spin a node until SIGINT or SIGTERM; see `run_ros`."""
+
+    def spin() -> int:
+        node = _interruptible(make_node)
+        executor = make_executor(node)
+        try:
+            while not stop_requested.is_set():
+                executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+        finally:
+            executor.shutdown()
+            node.destroy_node()
+        return 0
+
+    return run_ros(spin, args)
+
+
+def _interruptible(make_node: Callable[[], Node]) -> Node:
+    """Make a node; a signal meanwhile, when kernels may be compiled, ends that at once."""
+
+    def interrupt(*_) -> None:
+        stop_requested.set()
+        raise KeyboardInterrupt
+
+    handlers = {number: signal.signal(number, interrupt) for number in _SIGNALS}
+    try:
+        return make_node()
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
 
 def wait_until(executor: Executor, condition: Callable[[], bool], timeout: float, what: str):

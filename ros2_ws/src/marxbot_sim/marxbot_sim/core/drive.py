@@ -12,7 +12,9 @@ speeds in float64 and back without loss."""
 
 
 def wheel_speeds(linear, angular, limit=math.inf):
-    """Return the wheel speeds that move the body as asked, slowed down together where one exceeds the limit.
+    """Return the wheel speeds that move the body as asked.
+
+    Both are slowed down alike where one exceeds the limit, so that the curve stays.
 
     Parameters
     ----------
@@ -47,13 +49,15 @@ def wheel_speeds(linear, angular, limit=math.inf):
 
 
 def body_speeds(wheels):
-    """Return the body's forward speed, m/s, and turning speed, rad/s, of wheel speeds (left, right), rad/s."""
+    """Return the body's forward speed, m/s, and turning speed, rad/s, of its wheels', rad/s."""
     left, right = float(wheels[0]), float(wheels[1])
     return WHEEL_RADIUS * (left + right) / 2, WHEEL_RADIUS * (right - left) / WHEEL_SEPARATION
 
 
 def dead_reckon(pose, wheels):
-    """Return the pose after one tick along an exact arc, as wheel encoders see it: contacts go unnoticed.
+    """Return the pose after one tick along an exact arc, as wheel encoders see it.
+
+    Contacts go unnoticed.
 
     Parameters
     ----------

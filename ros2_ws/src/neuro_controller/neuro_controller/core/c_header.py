@@ -30,14 +30,14 @@ _TEMPLATE = """\
  *     every 0.1 s: @NAME@_step(&robot, readings, wheels);
  *
  * readings, 37 floats: 24 infrared distances from the body's rim in m, ray i at 7.5 + 15 i degrees
- * counter-clockwise from the heading (@RANGE@ or more, INFINITY too: nothing seen); 8 camera sectors of
- * 45 degrees counter-clockwise from the heading, the fraction of each that the opponent's lights
- * fill, 0 to 1; 4 ground sensors, front left, front right, rear left and rear right, darkness 0 to
+ * counter-clockwise from the heading (@RANGE@ or more, INFINITY too: nothing seen); 8 camera
+ * sectors of 45 degrees counter-clockwise from the heading, the fraction of each that the opponent's
+ * lights fill, 0 to 1; 4 ground sensors, front left, front right, rear left and rear right, darkness 0 to
  * 1; contact 0 or 1.
  * wheels: speeds of the left and right wheel, rad/s, positive forward. The body moves at
  * @NAME@_linear(wheels) m/s and @NAME@_angular(wheels) rad/s.
  *
- * Motor map: @MAP@. Highest wheel speed: @SPEED@ rad/s. The clock neuron reads 1 after @TICKS@ ticks.
+ * Motor map: @MAP@. Highest wheel speed: @SPEED@ rad/s. The clock reads 1 after @TICKS@ ticks.
  */
 #ifndef @GUARD@
 #define @GUARD@
@@ -167,7 +167,7 @@ static inline double @NAME@_angular(const float wheels[2])
 
 
 def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1000):
-    """Return the text of a header that defines ``NAME_controller``, ``NAME_reset`` and ``NAME_step``.
+    """Return a header that defines ``NAME_controller``, ``NAME_reset`` and ``NAME_step``.
 
     Its neurons agree with `Controller` to 1e-6; the exponential is libm's.
 

@@ -19,8 +19,8 @@ def read_snapshot(path):
     Parameters
     ----------
     path : pathlib.Path
-        A npz file with `predators` and `prey`, ``(n, 442)``, and `fitness`, ``(n, m)``: the fitness
-        of each predator (row) against each prey (column), from 0 to 1.
+        A npz file with `predators` and `prey`, ``(n, 442)``, and `fitness`, ``(n, m)``: that of
+        each predator (row) against each prey (column), from 0 to 1.
 
     Returns
     -------
@@ -45,7 +45,9 @@ def read_snapshot(path):
         raise ValueError(f'{path} is not a snapshot: {error}') from None
     shape = (len(genomes['predator']), len(genomes['prey']))
     if fitness.shape != shape or 0 in shape or not np.isfinite(fitness).all():
-        raise ValueError(f'{path} is not a snapshot: fitness has shape {fitness.shape}, expected {shape}')
+        raise ValueError(
+            f'{path} is not a snapshot: fitness has shape {fitness.shape}, expected {shape}'
+        )
     return {
         'predator': genomes['predator'][np.argsort(-fitness.mean(axis=1), kind='stable')],
         'prey': genomes['prey'][np.argsort(fitness.mean(axis=0), kind='stable')],
@@ -91,8 +93,8 @@ def select_genome(text, species):
     Parameters
     ----------
     text : str
-        ``RUN[:GENERATION[:RANK]]``: a run folder or snapshot, the generation (default: the last) and
-        the individual's rank in it (default: 0, the champion). ``shipped/NAME`` names a snapshot
+        ``RUN[:GENERATION[:RANK]]``: a run folder or snapshot, the generation (default: the last)
+        and the individual's rank in it (default: 0, the champion). ``shipped/NAME`` names a snapshot
         that comes with this package.
     species : str
         'predator' or 'prey'.
@@ -108,14 +110,17 @@ def select_genome(text, species):
     """
     run, *rest = text.split(':')
     if len(rest) > 2 or not all(part.isdecimal() for part in rest):
-        raise ValueError(f'{species} is {text!r}, expected RUN, RUN:GENERATION or RUN:GENERATION:RANK')
+        raise ValueError(
+            f'{species} is {text!r}, expected RUN, RUN:GENERATION or RUN:GENERATION:RANK'
+        )
     if run.startswith('shipped/'):
         run = SHIPPED / f'{run.removeprefix("shipped/")}.npz'
     found = snapshots(run)
     generation = int(rest[0]) if rest else max(found)
     if generation not in found:
         raise ValueError(
-            f'{run} has no snapshot of generation {generation}, only of {", ".join(map(str, found))}'
+            f'{run} has no snapshot of generation {generation}, only of '
+            f'{", ".join(map(str, found))}'
         )
     genomes = read_snapshot(found[generation])[species]
     rank = int(rest[1]) if len(rest) > 1 else 0

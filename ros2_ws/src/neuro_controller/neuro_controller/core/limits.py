@@ -6,12 +6,12 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True)
 class Limits:
-    """Highest speeds and accelerations of the body; infinite ones leave commands untouched, bit for bit.
+    """Highest speeds and accelerations of the body; infinite ones leave commands untouched.
 
     Attributes
     ----------
     linear_speed, angular_speed
-        m/s and rad/s, above 0. A command beyond one is slowed down as a whole and so keeps its curve.
+        m/s and rad/s, above 0. A command beyond one is slowed down as a whole: its curve stays.
     linear_acceleration, angular_acceleration
         m/s^2 and rad/s^2, above 0; braking counts as well.
 
@@ -30,7 +30,9 @@ class Limits:
         for field in fields(self):
             value = getattr(self, field.name)
             if not value > 0:
-                raise ValueError(f'{field.name} is {value}, expected a number above 0 (.inf: no limit)')
+                raise ValueError(
+                    f'{field.name} is {value}, expected a number above 0 (.inf: no limit)'
+                )
 
     def apply(self, command, previous, period):
         """Return the command that keeps within the limits.

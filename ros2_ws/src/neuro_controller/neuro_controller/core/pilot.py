@@ -6,7 +6,8 @@ from .drive import WHEEL_RADIUS, WHEEL_SEPARATION, body_speeds
 from .limits import Limits
 
 PERIOD = 0.1
-"""Time between two steps, s: that of evolution (paper A1), which the clock and fatigue neurons count in."""
+"""Time between two steps, s: that of evolution (paper A1), in which clock and fatigue neurons
+count."""
 
 STOP = (0.0, 0.0)
 """The command that stops a robot: linear and angular speed."""

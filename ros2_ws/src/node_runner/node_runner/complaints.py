@@ -1,0 +1,30 @@
+"""Warnings that do not flood the log."""
+
+import time
+
+PERIOD = 5.0
+"""Shortest time between two complaints about the same, s."""
+
+
+class Complaints:
+    """Logs warnings; what comes again too soon is left out.
+
+    Two texts are about the same when they are equal up to their first colon.
+
+    Parameters
+    ----------
+    logger
+        Of a node.
+    """
+
+    def __init__(self, logger):
+        self._logger = logger
+        self._logged_at = {}
+
+    def warn(self, text):
+        """Log a sentence such as ``'predator stopped: no cmd_vel for 0.5 s'``."""
+        subject = text.partition(':')[0]
+        now = time.monotonic()
+        if now - self._logged_at.get(subject, -PERIOD) >= PERIOD:
+            self._logged_at[subject] = now
+            self._logger.warning(text)
