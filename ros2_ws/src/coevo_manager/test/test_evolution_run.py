@@ -319,6 +319,8 @@ def test_run_json_holds_every_number_and_the_versions(tmp_path):
     content = json.loads((tmp_path / 'run' / 'run.json').read_text())
     assert content['configuration'] == configuration.as_dict()
     assert content['versions']['numpy'] == np.__version__
+    package = (Path(__file__).parents[1] / 'package.xml').read_text()
+    assert f'<version>{content["versions"]["coevo_manager"]}</version>' in package
     assert read_configuration(tmp_path / 'run') == configuration
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from coevo_manager import __version__
 from coevo_manager.core.configuration import Configuration, load_configuration
 from coevo_manager.core.evolution import checkpoint
 from coevo_manager.core.evolution.algorithm import Algorithm
@@ -34,7 +35,7 @@ PHASE_COLUMNS = (
     'episodes', 'ticks',
 )  # fmt: skip
 _LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
-_PACKAGES = ('coevo_manager', 'numpy', 'numba', 'cma')
+_PACKAGES = ('numpy', 'numba', 'cma')
 
 
 class RunFolderError(Exception):
@@ -240,8 +241,8 @@ class RunFolder:
 
 
 def _versions() -> dict[str, str]:
-    """Return the versions of Python and of those packages that are installed as such."""
-    versions = {'python': platform.python_version()}
+    """Return the versions of this program, Python and those packages that are installed."""
+    versions = {'coevo_manager': __version__, 'python': platform.python_version()}
     for name in _PACKAGES:
         with contextlib.suppress(metadata.PackageNotFoundError):
             versions[name] = metadata.version(name)
