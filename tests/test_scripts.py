@@ -6,7 +6,7 @@ import shutil
 import subprocess
 
 import pytest
-from ros_processes import ROOT, ros_environment
+from ros_processes import ROOT
 from test_workspace import PYTHON_PACKAGES, setup_arguments
 
 SCRIPTS = sorted(path for path in (ROOT / 'scripts').iterdir() if path.is_file())
@@ -158,15 +158,3 @@ def test_discovery_stays_on_this_machine_unless_told(given, expected):
     enter = 'source scripts/lib/common.sh; enter_workspace; echo $ROS_AUTOMATIC_DISCOVERY_RANGE'
     result = run('bash', '-c', f"env {unset} bash -c '{enter}'", **given)
     assert result.stdout.strip() == expected
-
-
-def test_domains_are_never_shared():
-    other = (
-        'from ros_processes import ros_environment\n'
-        'with ros_environment() as env: print(env["ROS_DOMAIN_ID"])'
-    )
-    with ros_environment() as first, ros_environment() as second:
-        result = run(ROOT / '.venv/bin/python', '-c', other, PYTHONPATH=str(ROOT / 'tests'))
-        domains = {first['ROS_DOMAIN_ID'], second['ROS_DOMAIN_ID'], result.stdout.strip()}
-    assert len(domains) == 3
-    assert all(1 <= int(domain) <= 101 for domain in domains)
