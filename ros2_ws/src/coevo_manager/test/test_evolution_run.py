@@ -340,7 +340,7 @@ def test_a_folder_that_holds_something_is_refused(tmp_path):
         Evolution(configuration, evaluator, tmp_path / 'run')
     with pytest.raises(RunFolderError, match='is not empty'):
         Evolution(configuration, evaluator, tmp_path)
-    with pytest.raises(RunFolderError, match='run.json is not a folder'):
+    with pytest.raises(RunFolderError, match=r'run\.json is not a folder'):
         Evolution(configuration, evaluator, tmp_path / 'run' / 'run.json' / 'x')
     assert contents(tmp_path) == before
 
