@@ -35,7 +35,7 @@ IMPERFECT = Perturbations(
 )
 ENVIRONMENTS = {
     'imperfect': Environment(perturbations=IMPERFECT, episode_ticks=400),
-    'rigid': Environment(physics='pymunk', episode_ticks=150),
+    'rigid': Environment(physics='pymunk', episode_ticks=250),
     'imperfect and rigid': Environment(
         physics='pymunk', perturbations=IMPERFECT, obstacle=True, episode_ticks=150
     ),

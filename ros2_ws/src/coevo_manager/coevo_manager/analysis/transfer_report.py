@@ -54,7 +54,7 @@ def _alone(group: pd.DataFrame, species: str) -> str:
 
 
 def _number(value: float) -> str:
-    return '–' if np.isnan(value) else f'{value:.2f}'
+    return 'n/a' if np.isnan(value) else f'{value:.2f}'
 
 
 def draw_transfer(table: pd.DataFrame) -> Figure:
