@@ -15,6 +15,9 @@ SOURCES = (
     'neuro_controller.core',
     'coevo_manager.core.environment',
     'coevo_manager.core.kernel',
+    'coevo_manager.core.lanes',
+    'coevo_manager.core.numbering',
+    'coevo_manager.core.pymunk_player',
     'coevo_manager.core.stream',
     'coevo_manager.core.episodes',
 )
