@@ -9,15 +9,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
+from coevo_manager.analysis.transfer import ALL
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.core.evaluation import LocalEvaluator
 from coevo_manager.core.evolution import Evolution
+from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 
 ARENAS = {'open': Environment(), 'obstacle': Environment(obstacle=True)}
@@ -75,9 +78,9 @@ class Bench:
         self.results = {}
         self.pairs = np.indices((80, 80)).reshape(2, -1)[:, :: 16 if quick else 1]
 
-    def rate(self, name, play, unit='M pair-ticks/s'):
-        """Time `play`, which returns how much it did, and print the median rate in millions."""
-        return self.report(name, sorted(timed(play) / 1e6 for _ in range(self.runs)), unit)
+    def rate(self, name, play, unit='M pair-ticks/s', scale=1e6):
+        """Time `play`, which returns how much it did, and print the median rate in its scale."""
+        return self.report(name, sorted(timed(play) / scale for _ in range(self.runs)), unit)
 
     def report(self, name, values, unit):
         """Print and keep the median of sorted values."""
@@ -91,15 +94,12 @@ class Bench:
         """Print and keep a ratio of two medians of this run."""
         self.report(name, [numerator / denominator], 'x')
 
-    def play(self, kind, arena, index=None, threads=1):
+    def play(self, kind, arena, index=None, threads=1, **changes):
         """Return a function that plays episodes and returns their ticks."""
         predators, prey = self.populations[kind, arena]
-        predator_index, prey_index = self.pairs if index is None else index
-        return lambda: int(
-            evaluate_pairs(
-                predators, prey, predator_index, prey_index, ARENAS[arena], threads
-            ).sum()
-        )
+        pairs = self.pairs if index is None else index
+        environment = replace(ARENAS[arena], **changes)
+        return lambda: int(evaluate_pairs(predators, prey, *pairs, environment, threads).sum())
 
     def kernel(self):
         """One core, a large batch."""
@@ -156,6 +156,19 @@ class Bench:
             cold = _seconds(command, {'NUMBA_CACHE_DIR': cache})
         self.report('start that compiles the kernel', [cold], 's')
 
+    def pymunk(self):
+        """Imperfect robots, and rigid bodies, against the kernel; one core."""
+        kernel = self.play('evolved', 'open')
+        imperfect = self.play('evolved', 'open', perturbations=Perturbations(**ALL))
+        few = self.pairs[:, :: max(1, self.pairs.shape[1] // (64 if self.quick else 256))]
+        rigid = self.play('evolved', 'open', few, physics='pymunk')
+        for play in (imperfect, rigid):
+            play()
+        fast = self.rate('perfect robots', kernel)
+        slow = self.rate('all perturbations', imperfect)
+        self.ratio('all perturbations : perfect robots', slow, fast)
+        self.rate('pymunk, 32 arenas in a space', rigid, 'k pair-ticks/s', 1e3)
+
 
 _FIRST_EPISODE = """
 import numpy as np
@@ -198,6 +211,7 @@ SECTIONS = {
     'threads': Bench.threads,
     'batch': Bench.batch,
     'start': Bench.start,
+    'pymunk': Bench.pymunk,
 }
 
 
