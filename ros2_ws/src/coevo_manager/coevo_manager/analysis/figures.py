@@ -8,8 +8,8 @@ from coevo_manager.analysis import measures, statistics
 from coevo_manager.analysis.charts import COLOURS, Bars, Chart, Heat, Line, Panel
 from coevo_manager.analysis.cross import paper_cross_values
 from coevo_manager.analysis.figures_complexity import complexity_figure, correlation_figure
-from coevo_manager.analysis.marks import INTERVAL, PLURAL, in_rows, slug_of, species_line
-from coevo_manager.analysis.measures import SPECIES, performance
+from coevo_manager.analysis.marks import INTERVAL, in_rows, slug_of, species_line
+from coevo_manager.analysis.measures import PLURAL, SPECIES, performance
 from coevo_manager.analysis.study import OTHER, Replications, Study
 
 WINDOW = 5000  # generations shown of the beginning and of the end (Fig. 1)

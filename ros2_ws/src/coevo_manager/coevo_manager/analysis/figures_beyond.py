@@ -8,14 +8,8 @@ import pandas as pd
 from coevo_manager.analysis import beyond
 from coevo_manager.analysis.charts import COLOURS, MARKERS, Chart, Line, Panel, Points
 from coevo_manager.analysis.exploit import best_found, while_searching
-from coevo_manager.analysis.marks import (
-    INTERVAL,
-    PLURAL,
-    condition_line,
-    slug_of,
-    species_line,
-)
-from coevo_manager.analysis.measures import SPECIES
+from coevo_manager.analysis.marks import INTERVAL, condition_line, slug_of, species_line
+from coevo_manager.analysis.measures import PLURAL, SPECIES
 from coevo_manager.analysis.study import OTHER, Replications, Study
 
 
@@ -68,7 +62,7 @@ def _gains(name: str, arena: str, table: pd.DataFrame) -> Chart:
         name,
         f'Did they make progress? {arena.capitalize()}',
         'Gain of the second half of the run. Historical: against opponents of the first half '
-        'rather than its own. Global: over the first half, against the last generation. '
+        'rather than its own. Global: over the first half, against all generations. '
         'Held-out: the same against '
         f'the best of other runs, never met. Random genomes of generation 0 are left out. '
         f'{INTERVAL}',

@@ -3,8 +3,8 @@
 import numpy as np
 
 from coevo_manager.analysis.charts import COLOURS, MARKERS, Chart, Panel, Points
-from coevo_manager.analysis.marks import PLURAL, condition_line, in_rows
-from coevo_manager.analysis.measures import SPECIES, performance
+from coevo_manager.analysis.marks import condition_line, in_rows
+from coevo_manager.analysis.measures import PLURAL, SPECIES, performance
 from coevo_manager.analysis.study import Replications, Study
 
 

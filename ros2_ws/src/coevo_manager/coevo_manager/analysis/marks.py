@@ -11,10 +11,10 @@ from coevo_manager.analysis.charts import (
     Line,
     Panel,
 )
+from coevo_manager.analysis.measures import PLURAL
 from coevo_manager.analysis.study import Replications
 
 INTERVAL = 'Bands and bars: 95 % bootstrap intervals of the mean over replications.'
-PLURAL = {'predator': 'predators', 'prey': 'prey'}
 
 
 def slug_of(arena: str) -> str:

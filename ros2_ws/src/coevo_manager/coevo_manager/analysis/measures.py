@@ -11,6 +11,7 @@ import numpy as np
 from coevo_manager.analysis.statistics import ALPHA, compare_paired
 
 SPECIES = ('predator', 'prey')
+PLURAL = {'predator': 'predators', 'prey': 'prey'}
 
 
 def performance(tournament, species):

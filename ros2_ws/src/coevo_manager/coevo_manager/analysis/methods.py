@@ -32,14 +32,15 @@ METHODS = (
     ),
     (
         'Verdicts',
-        'One number a replication: the gain of the second half of the run (historical: against '
-        'opponents of the first half rather than its own; global: over the agents of the first '
-        'half, against the last '
-        "generation; held-out: the same against the best of other runs' last generation). "
-        'Generation 0 is '
-        'left out, since anything beats random genomes. A gain is called progress when the '
-        'paired one-tailed t-test over replications, Holm-corrected over the verdicts of the '
-        'condition, is below 0.05; a fall likewise is called retrogression.',
+        'One number a replication: the gain of the second half of the run. Historical: against '
+        'opponents of the first half rather than its own generation. Global: over the agents of '
+        'the first half, against the opponents of all generations, earlier and later. Held-out: '
+        "the same against the best of other runs' last generation. Generation 0 is left out, "
+        'since '
+        'anything beats random genomes. A gain is called progress when the paired one-tailed '
+        't-test over replications, Holm-corrected over the verdicts of the condition, is below '
+        '0.05 and the tournament is more transitive than cyclic (otherwise cyclic: the halves may '
+        'just be different phases of a cycle); a fall likewise is called retrogression.',
     ),
     (
         'Statistics',

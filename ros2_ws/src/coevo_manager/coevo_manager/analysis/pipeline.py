@@ -109,12 +109,13 @@ def write_all(study: Study, out: Path, stage: Stage) -> Path:
 def _tables(study: Study) -> dict:
     found = tables.all_tables(study)
     found['verdicts'] = progress.verdicts(study)
-    found['durations'] = progress.durations(study)
+    tests = found['generation_tests'] = progress.generation_tests(study)
+    found['durations'] = progress.durations(study, tests)
     for arena in study.arenas():
         slug = slug_of(arena)
         for number, measure in ((1, 'historical'), (2, 'global')):
             for column, name in (('p_paper', 'paper'), ('p_paired_holm', 'paired_holm')):
-                table = tables.progress_table(study, arena, measure, column)
+                table = progress.progress_table(tests, arena, measure, column)
                 found[f'table{number}_{slug}_{name}'] = table
     return found
 

@@ -14,7 +14,8 @@ from plotly.offline import get_plotlyjs
 
 from coevo_manager.analysis import interactive, statistics
 from coevo_manager.analysis.charts import Chart
-from coevo_manager.analysis.marks import PLURAL, slug_of
+from coevo_manager.analysis.marks import slug_of
+from coevo_manager.analysis.measures import PLURAL
 from coevo_manager.analysis.methods import METHODS, TABLES
 from coevo_manager.analysis.study import Study
 from coevo_manager.core.configuration import FIELDS
@@ -23,6 +24,7 @@ from coevo_manager.core.evolution.files import write_whole
 PACKAGES = ('coevo_manager', 'numpy', 'numba', 'scipy', 'statsmodels', 'matplotlib', 'plotly')
 CHIPS = {
     'progress': ('progress', '▲'),
+    'cyclic': ('none', '\N{CLOCKWISE OPEN CIRCLE ARROW}'),
     'retrogression': ('retrogression', '▼'),
     'not significant': ('none', '\N{EN DASH}'),
     'cannot be claimed': ('unknown', '?'),
@@ -196,13 +198,18 @@ def answer(part: pd.DataFrame) -> str:
             sentences.append(f'{measure} gain of fitness {gains}')
             continue
         winners = [PLURAL[s] for s in PLURAL if verdict[s] == 'progress']
+        cyclic = [PLURAL[s] for s in PLURAL if verdict[s] == 'cyclic']
         losers = [PLURAL[s] for s in PLURAL if verdict[s] == 'retrogression']
         text = (
             f'{measure} progress of {" and ".join(winners)}'
             if winners
             else f'no significant {measure} progress'
         )
-        sentences.append(text + (f', retrogression of {" and ".join(losers)}' if losers else ''))
+        if cyclic:
+            text += f', a gain of {" and ".join(cyclic)} within a cycle'
+        if losers:
+            text += f', retrogression of {" and ".join(losers)}'
+        sentences.append(text)
     text = '; '.join(sentences)
     if (part['verdict'] == 'cannot be claimed').any():
         return f'One replication claims nothing; it shows a {text}.'

@@ -5,11 +5,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from coevo_manager.analysis import beyond, measures, statistics
+from coevo_manager.analysis import beyond, statistics
 from coevo_manager.analysis.cross import cross_values, paper_cross_values
 from coevo_manager.analysis.exploit import best_found, while_searching
 from coevo_manager.analysis.measures import SPECIES, performance
-from coevo_manager.analysis.progress import condition_tests
 from coevo_manager.analysis.study import OTHER, Study
 from coevo_manager.core.evolution.files import write_whole
 
@@ -57,29 +56,6 @@ def master_tournament(study: Study) -> pd.DataFrame:
             )
             parts.append(part.assign(**_keys(each, run)))
     return _first(pd.concat(parts, ignore_index=True), 'arena', 'condition', 'seed')
-
-
-def generation_tests(study: Study) -> pd.DataFrame:
-    """Every test behind Tables 1 and 2 and the duration of complexification."""
-    parts = []
-    for each in study.conditions:
-        for species in SPECIES:
-            for measure, tests in condition_tests(study, each, species).items():
-                keys = {'arena': each.condition.arena, 'condition': each.condition.name}
-                parts.append(tests.assign(**keys, species=species, measure=measure))
-    return _first(pd.concat(parts, ignore_index=True), 'arena', 'condition', 'species', 'measure')
-
-
-def progress_table(study: Study, arena: str, measure: str, column: str) -> pd.DataFrame:
-    """Table 1 (historical) or 2 (global) of an environment, by one column of p-values."""
-    found = {}
-    for each in study.arenas()[arena]:
-        for species in SPECIES:
-            tests = condition_tests(study, each, species)[measure]
-            name = f'{each.condition.name} {"predators" if species == "predator" else "prey"}'
-            found[name] = measures.most_recent(tests, column)
-    table = pd.DataFrame(found).rename_axis('generation').reset_index()
-    return table.astype('Int64')
 
 
 def cross_experiment(study: Study) -> pd.DataFrame:
@@ -252,7 +228,6 @@ def all_tables(study: Study) -> dict[str, pd.DataFrame]:
     functions = (
         runs,
         master_tournament,
-        generation_tests,
         cross_experiment,
         cross_tests,
         complexity,
