@@ -1,4 +1,4 @@
-from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -11,10 +11,10 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/urdf', glob('urdf/*')),
-        (f'share/{PACKAGE}/rviz', glob('rviz/*')),
-        (f'share/{PACKAGE}/foxglove', glob('foxglove/*')),
-        (f'share/{PACKAGE}/launch', glob('launch/*')),
+        (f'share/{PACKAGE}/urdf', [str(path) for path in Path('urdf').iterdir()]),
+        (f'share/{PACKAGE}/rviz', [str(path) for path in Path('rviz').iterdir()]),
+        (f'share/{PACKAGE}/foxglove', [str(path) for path in Path('foxglove').iterdir()]),
+        (f'share/{PACKAGE}/launch', [str(path) for path in Path('launch').iterdir()]),
     ],
     install_requires=['setuptools'],
     zip_safe=True,

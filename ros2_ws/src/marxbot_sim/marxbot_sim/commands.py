@@ -83,7 +83,7 @@ class Commands:
             wheels, limited = wheel_speeds(linear, angular, self._limit)
         except ValueError as error:
             self.refused[number] += 1
-            self._warn(f'{ROBOTS[number]} stopped: cmd_vel {error}')
+            self._warn(f'{ROBOTS[number]} stopped by a bad cmd_vel: {error}')
             return np.zeros(2, np.float32)
         if limited:
             self._warn(

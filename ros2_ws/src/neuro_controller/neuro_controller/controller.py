@@ -11,6 +11,7 @@ from marxbot_msgs.msg import Camera, Ground
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
@@ -90,6 +91,7 @@ class ControllerNode(LifecycleNode):
 
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_service(Trigger, '~/reset', self._on_reset)
+        self._refuse_wrong_transitions()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._step_clock = steady if self._on_sensors else self.get_clock()
         self.create_timer(1.0, self._report, clock=steady)
@@ -179,6 +181,23 @@ class ControllerNode(LifecycleNode):
             self._start()
 
     # Lifecycle
+
+    def _refuse_wrong_transitions(self):
+        """Answer a transition that the state forbids; rclpy would let the process die of it."""
+        change_state = self._service_change_state.callback
+
+        def refuse(request, response):
+            try:
+                return change_state(request, response)
+            except rclpy_implementation.RCLError:
+                self._complaints.warn(
+                    f'transition refused: {request.transition.label or request.transition.id} '
+                    'is not possible in this state'
+                )
+                response.success = False
+                return response
+
+        self._service_change_state.callback = refuse
 
     def _start(self):
         if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:

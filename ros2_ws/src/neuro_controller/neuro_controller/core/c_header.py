@@ -20,10 +20,16 @@ from .genome import (
     check_genomes,
     weights_of,
 )
-from .network import FATIGUE_TICKS, INFRARED_RANGE
+from .network import (
+    FATIGUE_TICKS,
+    GROUND_INPUTS,
+    INFRARED_RANGE,
+    PER_EPISODE,
+    PER_MAX_SPEED,
+)
 
 _TEMPLATE = """\
-/* A controller evolved for a MarxBot, as one C99 header without dependencies but libm.
+/* A controller evolved for a MarxBot, as one C99 header that needs but libm.
  *
  *     static @NAME@_controller robot;
  *     @NAME@_reset(&robot);
@@ -31,9 +37,9 @@ _TEMPLATE = """\
  *
  * readings, 37 floats: 24 infrared distances from the body's rim in m, ray i at 7.5 + 15 i degrees
  * counter-clockwise from the heading (@RANGE@ or more, INFINITY too: nothing seen); 8 camera
- * sectors of 45 degrees counter-clockwise from the heading, the fraction of each that the opponent's
- * lights fill, 0 to 1; 4 ground sensors, front left, front right, rear left and rear right, darkness 0 to
- * 1; contact 0 or 1.
+ * sectors of 45 degrees counter-clockwise from the heading, the fraction of each that the
+ * opponent's lights fill, 0 to 1; 4 ground sensors, front left, front right, rear left and rear
+ * right, darkness 0 to 1; contact 0 or 1.
  * wheels: speeds of the left and right wheel, rad/s, positive forward. The body moves at
  * @NAME@_linear(wheels) m/s and @NAME@_angular(wheels) rad/s.
  *
@@ -43,13 +49,15 @@ _TEMPLATE = """\
 #define @GUARD@
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 typedef struct {
     float inputs[@SENSORS@];  /* sensory neurons of the last step */
     float hidden[@HIDDEN@];
     float outputs[@OUTPUTS@];  /* motor neurons: translation, rotation */
     float effort[@FATIGUE@];  /* mean wheel speed of the last 20 s, as a fraction */
-    double effort_sum;
+    float effort_sum;
     unsigned slot;
     unsigned long tick;
 } @NAME@_controller;
@@ -68,62 +76,97 @@ static inline void @NAME@_reset(@NAME@_controller *c)
     *c = start;
 }
 
-static inline float @NAME@_logistic(float net)
+/* 1 / x to 2 units in the last place, by Newton's method. */
+static inline float @NAME@_reciprocal(float x)
 {
-    return 1.0f / (1.0f + expf(-net));
+    uint32_t bits;
+    float y, error;
+
+    memcpy(&bits, &x, sizeof bits);
+    bits = 0x7EF311C3u - bits;
+    memcpy(&y, &bits, sizeof y);
+    error = fmaf(-x, y, 1.0f);
+    y = fmaf(y, fmaf(error, error, error), y);
+    return fmaf(y, fmaf(-x, y, 1.0f), y);
+}
+
+/* 1 / (1 + exp(-x)), with exp(-x) = 2^k 2^f, k an integer and |f| <= 1/2. */
+static inline float @NAME@_logistic(float x)
+{
+    float k, f, square, high, middle, low;
+
+    x = fminf(fmaxf(x, -30.0f), 30.0f);
+    k = rintf(fmaf(x, -1.44269504f, 0.0f));
+    f = fmaf(x, -1.44269504f, -k);
+    square = f * f;
+    high = fmaf(f, 0.0013276470f, 0.0096755416f);
+    middle = fmaf(f, 0.055507133f, 0.24022120f);
+    low = fmaf(f, 0.69314697f, 1.0000001f);
+    low = fmaf(fmaf(high, square, middle), square, low);
+    return @NAME@_reciprocal(1.0f + ldexpf(low, (int)k));
+}
+
+static inline float @NAME@_mean(const float *values, int count)
+{
+    float total = 0.0f;
+    int i;
+    for (i = 0; i < count; i += 4)
+        total += (values[i] + values[i + 1]) + (values[i + 2] + values[i + 3]);
+    return total / (float)count;
 }
 
 static inline void @NAME@_perceive(@NAME@_controller *c, const float readings[37])
 {
-    float camera = 0.0f, ground = 0.0f;
-    double tired = c->effort_sum / @FATIGUE@;
+    float tired = c->effort_sum * @PER_FATIGUE@f;
     int i, k;
 
     for (i = 0; i < 8; i++) {
         float total = 0.0f;
-        for (k = 0; k < 3; k++) {
-            float distance = readings[3 * i + k];
-            total += distance < @RANGE@f ? 1.0f - distance / @RANGE@f : 0.0f;
-        }
-        c->inputs[i] = total / 3.0f;
+        for (k = 0; k < 3; k++)
+            total += fmaxf(fmaf(readings[3 * i + k], -@PER_RANGE@f, 1.0f), 0.0f);
+        c->inputs[i] = total * @THIRD@f;
     }
-    for (i = 0; i < 8; i++) {
-        c->inputs[8 + i] = readings[24 + i];
-        camera += readings[24 + i];
-    }
-    c->inputs[16] = camera / 8.0f;
-    for (i = 0; i < 4; i++) {
-        c->inputs[17 + i] = readings[32 + i];
-        ground += readings[32 + i];
-    }
-    c->inputs[21] = ground / 4.0f;
+    memcpy(c->inputs + 8, readings + 24, 8 * sizeof(float));
+    c->inputs[16] = @NAME@_mean(readings + 24, 8);
+    memcpy(c->inputs + 17, readings + 32, 4 * sizeof(float));
+    c->inputs[21] = @NAME@_mean(readings + 32, 4);
     c->inputs[22] = readings[36];
-    c->inputs[23] = (float)c->tick / @TICKS@.0f;
-    c->inputs[24] = (float)(tired * tired);
+    c->inputs[23] = (float)c->tick * @PER_EPISODE@f;
+    c->inputs[24] = tired * tired;
+}
+
+/* Adds weighted values in the order, and with the single rounding, of the original. */
+static inline float @NAME@_sum(float net, const float *weights, const float *values, int first,
+                               int end)
+{
+    int i;
+    for (i = first; i < end; i++)
+        net = fmaf(weights[i], values[i], net);
+    return net;
 }
 
 static inline void @NAME@_think(@NAME@_controller *c)
 {
     float before[@HIDDEN@];
-    int i, k;
+    int i;
 
     for (i = 0; i < @HIDDEN@; i++)
         before[i] = c->hidden[i];
     for (i = 0; i < @HIDDEN@; i++) {
+        const float *sensors = @NAME@_sensor_to_hidden[i];
         float net = @NAME@_hidden_bias[i], active;
-        for (k = 0; k < @HIDDEN@; k++)
-            net += @NAME@_hidden_to_hidden[i][k] * before[k];
-        for (k = 0; k < @SENSORS@; k++)
-            net += @NAME@_sensor_to_hidden[i][k] * c->inputs[k];
+        net = @NAME@_sum(net, @NAME@_hidden_to_hidden[i], before, 0, @HIDDEN@);
+        net = @NAME@_sum(net, sensors, c->inputs, @GROUND@, @SENSORS@);
+        net = @NAME@_sum(net, sensors, c->inputs, 0, @GROUND@);
         active = @NAME@_logistic(net);
-        c->hidden[i] = active + @NAME@_leak[i] * (before[i] - active);
+        c->hidden[i] = fmaf(@NAME@_leak[i], before[i] - active, active);
     }
     for (i = 0; i < @OUTPUTS@; i++) {
+        const float *sensors = @NAME@_sensor_to_output[i];
         float net = @NAME@_output_bias[i];
-        for (k = 0; k < @SENSORS@; k++)
-            net += @NAME@_sensor_to_output[i][k] * c->inputs[k];
-        for (k = 0; k < @HIDDEN@; k++)
-            net += @NAME@_hidden_to_output[i][k] * c->hidden[k];
+        net = @NAME@_sum(net, sensors, c->inputs, @GROUND@, @SENSORS@);
+        net = @NAME@_sum(net, sensors, c->inputs, 0, @GROUND@);
+        net = @NAME@_sum(net, @NAME@_hidden_to_output[i], c->hidden, 0, @HIDDEN@);
         c->outputs[i] = @NAME@_logistic(net);
     }
 }
@@ -131,15 +174,16 @@ static inline void @NAME@_think(@NAME@_controller *c)
 static inline void @NAME@_drive(@NAME@_controller *c, float wheels[2])
 {
     float off = c->outputs[0] - 0.5f;
-    float outer = @SPEED@f * (1.0f - c->inputs[24]) * (@SCALE@f * c->outputs[1] + @OFFSET@f);
-    float inner = outer * (1.0f - 8.0f * off * off);
+    float fresh = @SPEED@f * (1.0f - c->inputs[24]);
+    float outer = fresh * fmaf(c->outputs[1], @SCALE@f, @OFFSET@f);
+    float inner = outer * fmaf(off * off, -8.0f, 1.0f);
     float effort;
 
     wheels[0] = rintf(65536.0f * (off < 0.0f ? inner : outer)) / 65536.0f;
     wheels[1] = rintf(65536.0f * (off > 0.0f ? inner : outer)) / 65536.0f;
-    effort = (fabsf(wheels[0]) + fabsf(wheels[1])) / (2.0f * @SPEED@f);
+    effort = (fabsf(wheels[0]) + fabsf(wheels[1])) * @HALF_PER_SPEED@f;
     effort = rintf(65536.0f * effort) / 65536.0f;
-    c->effort_sum += (double)effort - (double)c->effort[c->slot];
+    c->effort_sum += effort - c->effort[c->slot];
     c->effort[c->slot] = effort;
     c->slot = (c->slot + 1) % @FATIGUE@;
     c->tick++;
@@ -169,7 +213,7 @@ static inline double @NAME@_angular(const float wheels[2])
 def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1000):
     """Return a header that defines ``NAME_controller``, ``NAME_reset`` and ``NAME_step``.
 
-    Its neurons agree with `Controller` to 1e-6; the exponential is libm's.
+    It computes as `Controller` does, in the same order with the same roundings.
 
     Parameters
     ----------
@@ -186,7 +230,7 @@ def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1
     """
     if not re.fullmatch(r'[a-z][a-z0-9_]*', name):
         raise ValueError(f'name is {name!r}, expected a C identifier in lower case')
-    settings_column(max_wheel_speed, motor_map, episode_ticks)
+    settings = settings_column(max_wheel_speed, motor_map, episode_ticks)
     weights = weights_of(check_genomes(np.atleast_2d(genome), 'genome'))[0]
     scale, offset = MOTOR_MAPS[motor_map]
 
@@ -198,6 +242,11 @@ def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1
         'GUARD': f'{name.upper()}_CONTROLLER_H',
         'MAP': motor_map,
         'SPEED': _c_number(max_wheel_speed),
+        'HALF_PER_SPEED': _c_number(settings[PER_MAX_SPEED] / 2),
+        'PER_EPISODE': _c_number(settings[PER_EPISODE]),
+        'PER_FATIGUE': _c_number(np.float32(1 / FATIGUE_TICKS)),
+        'PER_RANGE': _c_number(1 / INFRARED_RANGE),
+        'THIRD': _c_number(np.float32(1 / 3)),
         'SCALE': _c_number(scale),
         'OFFSET': _c_number(offset),
         'TICKS': str(episode_ticks),
@@ -208,6 +257,7 @@ def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1
         'HIDDEN': str(HIDDEN),
         'OUTPUTS': str(OUTPUTS),
         'FATIGUE': str(FATIGUE_TICKS),
+        'GROUND': str(GROUND_INPUTS),
         'HIDDEN_BIAS': table(HIDDEN_BIASES, HIDDEN),
         'OUTPUT_BIAS': table(OUTPUT_BIASES, OUTPUTS),
         'LEAK': table(LEAKS, HIDDEN),

@@ -94,8 +94,8 @@ def select_genome(text, species):
     ----------
     text : str
         ``RUN[:GENERATION[:RANK]]``: a run folder or snapshot, the generation (default: the last)
-        and the individual's rank in it (default: 0, the champion). ``shipped/NAME`` names a snapshot
-        that comes with this package.
+        and the individual's rank in it (default: 0, the champion). ``shipped/NAME`` names a
+        snapshot that comes with this package.
     species : str
         'predator' or 'prey'.
 

@@ -1,0 +1,94 @@
+"""The C header, compiled, against the controller."""
+
+import subprocess
+
+import numpy as np
+import pytest
+
+from neuro_controller.core.c_header import c_header
+from neuro_controller.core.controller import Controller
+from neuro_controller.core.drive import body_speeds
+from neuro_controller.core.genome import random_genomes
+
+MAIN = """
+#include <stdio.h>
+#include "robot.h"
+
+int main(void)
+{
+    robot_controller robot;
+    float readings[37], wheels[2];
+    robot_reset(&robot);
+    while (fread(readings, sizeof(float), 37, stdin) == 37) {
+        double body[2];
+        robot_step(&robot, readings, wheels);
+        body[0] = robot_linear(wheels);
+        body[1] = robot_angular(wheels);
+        fwrite(robot.outputs, sizeof(float), 2, stdout);
+        fwrite(robot.hidden, sizeof(float), 10, stdout);
+        fwrite(robot.inputs, sizeof(float), 25, stdout);
+        fwrite(wheels, sizeof(float), 2, stdout);
+        fwrite(body, sizeof(double), 2, stdout);
+    }
+    return 0;
+}
+"""
+RECORD = np.dtype(
+    [
+        ('outputs', 'f4', 2),
+        ('hidden', 'f4', 10),
+        ('inputs', 'f4', 25),
+        ('wheels', 'f4', 2),
+        ('body', 'f8', 2),
+    ]
+)
+
+
+def some_readings(rng, ticks):
+    """Readings that change as those of a robot do: some seen, some not, +inf among them."""
+    readings = rng.random((ticks, 37)).astype(np.float32)
+    readings[:, :24] *= 0.3
+    readings[:, :24][rng.random((ticks, 24)) < 0.3] = np.inf
+    readings[:, 36] = rng.random(ticks) < 0.2
+    return readings
+
+
+@pytest.mark.parametrize('motor_map', ['printed', 'signed'])
+@pytest.mark.parametrize('seed', range(3))
+def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, motor_map):
+    rng = np.random.default_rng(seed)
+    genome = random_genomes(1, rng)[0]
+    settings = 8.5, motor_map, 700
+    (tmp_path / 'robot.h').write_text(c_header(genome, 'robot', *settings))
+    (tmp_path / 'main.c').write_text(MAIN)
+    flags = ['-std=c99', '-Wall', '-Wextra', '-Werror', '-pedantic', '-O1']
+    program = tmp_path / 'main'
+    subprocess.run(['cc', *flags, tmp_path / 'main.c', '-lm', '-o', program], check=True)
+    readings = some_readings(rng, 1000)
+    output = subprocess.run(program, input=readings.tobytes(), capture_output=True, check=True)
+    steps = np.frombuffer(output.stdout, RECORD)
+    assert len(steps) == 1000
+
+    controller = Controller(genome, *settings)
+    for step, reading in zip(steps, readings, strict=True):
+        wheels = controller.step(reading)
+        assert (step['inputs'] == controller.inputs).all()
+        assert (step['hidden'] == controller.hidden).all()
+        assert (step['outputs'] == controller.outputs).all()
+        assert (step['wheels'] == wheels).all()
+        assert step['body'].tolist() == list(body_speeds(wheels))
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sentence'),
+    [
+        ((np.zeros(442), 'Bad Name', 10.0), 'name is'),
+        ((np.zeros(441), 'robot', 10.0), 'genome has shape'),
+        ((np.full(442, 6.0), 'robot', 10.0), 'genome has the value 6.0'),
+        ((np.zeros(442), 'robot', 0.0), 'max_wheel_speed is 0.0'),
+        ((np.zeros(442), 'robot', 10.0, 'odd'), 'motor_map is'),
+    ],
+)
+def test_bad_input_is_refused(arguments, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        c_header(*arguments)
