@@ -12,7 +12,7 @@ from coevo_msgs.srv import EvaluateBatch
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.evaluation import Batch
 from marxbot_sim.core.perturbations import Perturbations
-from neuro_controller.core.genome import GENES, check_genomes
+from neuro_controller.core.genome import GENE_RANGE, GENES, check_genomes
 
 
 def to_sequence(values: np.ndarray, typecode: str) -> array.array:
@@ -52,7 +52,10 @@ def _to_genomes(sequence: array.array, name: str) -> np.ndarray:
     genes = np.frombuffer(sequence, np.float32)
     if genes.size % GENES:
         raise ValueError(f'{name} has {genes.size} numbers, expected {GENES} for each genome')
-    return check_genomes(genes.reshape(-1, GENES), name)
+    genomes = genes.reshape(-1, GENES)
+    if not genes.size or (genes.min() >= -GENE_RANGE and genes.max() <= GENE_RANGE):
+        return genomes
+    return check_genomes(genomes, name)  # says what is wrong
 
 
 def _to_index(sequence: array.array, count: int, name: str) -> np.ndarray:

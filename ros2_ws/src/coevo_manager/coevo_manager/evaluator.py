@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import ctypes
 import fcntl
+import gc
 import os
 import signal
 import socket
@@ -20,15 +21,20 @@ from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.evaluation_messages import to_batch, to_environment, to_sequence
+from coevo_manager.transport import choose_transport
 from neuro_controller.core.genome import GENES
 
 WAIT = 0.1
 """Longest wait for a request, s: a signal is honoured within this time."""
+
+DEPTH = 128
+"""Requests that may wait unread; the default of services is 10, and what is beyond is lost."""
 
 KEPT_STREAMS = 4
 """Streams kept for environments that nobody asks for at the moment."""
@@ -54,7 +60,9 @@ class EvaluatorNode(Node):
         )
         self._streams: dict[tuple[Environment, bool], EpisodeStream] = {}
         self._last = EnvironmentMsg(), Environment()
-        self._service = self.create_service(EvaluateBatch, 'evaluate_batch', self._never_spun)
+        self._service = self.create_service(
+            EvaluateBatch, 'evaluate_batch', self._never_spun, qos_profile=QoSProfile(depth=DEPTH)
+        )
         self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 1, 0, self.context.handle)
         self.get_logger().info(f'ready on {self._service.service_name}')
 
@@ -160,9 +168,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.parent:
         _end_with(options.parent)
     _compile()
+    choose_transport()
     rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
     node = EvaluatorNode()
+    gc.freeze()  # what was imported stays: collections need not look at it
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: stop.set())
     node.serve(stop)

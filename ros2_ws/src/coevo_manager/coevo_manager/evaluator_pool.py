@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import collections
 import itertools
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -25,7 +26,7 @@ PART_EPISODES = 256
 """Most episodes of one request: larger batches are shared by all evaluators."""
 
 REQUESTS_EACH = 2
-"""Requests under way to each evaluator, so that it has work while its answer travels."""
+"""Most requests under way to each evaluator."""
 
 CHECK_PERIOD = 0.1
 """How often processes and the clock are looked at, s."""
@@ -106,8 +107,15 @@ class RosEvaluator:
 
     @property
     def slots(self) -> int:
-        """Batches worth keeping submitted at once."""
-        return REQUESTS_EACH * max(self.evaluators, self._own, 1)
+        """Batches worth keeping submitted at once.
+
+        Two for each evaluator, so that it has work while its answer travels; but one for each own
+        one where they take up all cores, since fewer requests leave the cores more time to play.
+        """
+        own = max(sum(client.process is not None for client in self._clients), self._own)
+        others = sum(client.ready and client.process is None for client in self._clients)
+        full = own >= len(os.sched_getaffinity(0))
+        return max(own * (1 if full else REQUESTS_EACH) + others * REQUESTS_EACH, 1)
 
     @property
     def evaluators(self) -> int:
