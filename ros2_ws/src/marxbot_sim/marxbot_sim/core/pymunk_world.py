@@ -1,9 +1,9 @@
 """The arena under rigid-body physics: Chipmunk 2D through pymunk, a witness of `motion`.
 
-A MarxBot is a rigid disc on two wheels. In each sub-step a wheel pushes the body toward rolling
-without slip, as hard as its friction on the floor allows; Chipmunk does the rest: collisions,
-friction at walls, obstacle and the other robot. What the robots sense is computed by the same
-kernel as under kinematic physics.
+A MarxBot is a rigid disc on two wheels. In each sub-step they push and turn the body toward
+rolling without slip, as hard as their friction on the floor allows; Chipmunk does the rest:
+collisions, friction at walls, obstacle and the other robot. What the robots sense is computed by
+the same kernel as under kinematic physics.
 """
 
 import math
@@ -33,9 +33,10 @@ INERTIA = 0.5 * MASS * BODY_RADIUS**2
 """Moment of inertia about the vertical axis, kg m^2: that of a uniform disc (assumed)."""
 
 WHEEL_FRICTION = 0.7
-"""Coulomb coefficient of the wheels on the floor (assumed: rubber on a hard floor). The two wheels
-carry the weight in equal parts, so each pushes with at most 0.7 * 1.8 kg * 9.81 m/s^2 / 2 = 6.2 N,
-in any direction."""
+"""Coulomb coefficient of the wheels on the floor (assumed: rubber on a hard floor). They push with
+at most 0.7 * 1.8 kg * 9.81 m/s^2 = 12.4 N in any direction (ARGoS: 15 N), and turn the body with
+at most that times half their distance, 0.78 N m; as in ARGoS, pushing leaves the grip for
+turning."""
 
 BODY_FRICTION = 0.7
 """Friction factor of the bodies (as in ARGoS). Chipmunk multiplies the factors of what touches:
@@ -53,7 +54,8 @@ SLOP = 0.0002
 
 _STEP = TICK / SUBSTEPS
 _GRAVITY = 9.81
-_WHEEL_IMPULSE = 0.5 * WHEEL_FRICTION * MASS * _GRAVITY * _STEP
+_GRIP = WHEEL_FRICTION * MASS * _GRAVITY
+_TURNING_GRIP = 0.5 * WHEEL_SEPARATION * _GRIP
 _TOUCH_SQUARED = (2 * BODY_RADIUS) ** 2
 _OVERLAP_KEPT = 0.7**SUBSTEPS  # of an overlap, after a tick
 _WALL_THICKNESS = 0.2
@@ -70,51 +72,44 @@ _FORCE = batch.BodyFields.FORCE | batch.BodyFields.TORQUE
 
 
 @compile_kernel
-def _drive(state, wheels, forces):
+def _drive(state, wheels, contacts, forces):
     """Set the force and torque of the wheels on each body during the coming sub-step.
 
-    Chipmunk moves a body with its old velocity and then changes the velocity. The new one is
-    therefore aimed along the heading that the body will have in the middle of the sub-step after
-    this one.
+    They are what rolling without slip takes, against the contacts of the last sub-step too, as far
+    as the floor gives. Chipmunk moves a body with its old velocity and then changes the velocity;
+    the new one is therefore aimed along the heading in the middle of the sub-step after this one.
     """
     for body in range(len(state)):
-        vx, vy, turning = state[body, 3], state[body, 4], state[body, 5]
+        turning = state[body, 5]
         block, pair = divmod(body // 2, HALF)
         lane = pair + HALF * (body % 2)
         left = WHEEL_RADIUS * wheels[block, LEFT, lane]
         right = WHEEL_RADIUS * wheels[block, RIGHT, lane]
         wanted_turning = (right - left) / WHEEL_SEPARATION
         heading = state[body, 2] + (turning + 0.5 * wanted_turning) * _STEP
-        cosine, sine = math.cos(heading), math.sin(heading)
+        speed = 0.5 * (left + right)
 
-        along = MASS * (0.5 * (left + right) - (vx * cosine + vy * sine))
-        across = MASS * (vx * sine - vy * cosine)
-        twist = INERTIA * (wanted_turning - turning) / WHEEL_SEPARATION
-        push_left, push_right = 0.5 * along - twist, 0.5 * along + twist
-        side_left = side_right = 0.5 * across
-        size = math.hypot(push_left, side_left)
-        if size > _WHEEL_IMPULSE:
-            push_left *= _WHEEL_IMPULSE / size
-            side_left *= _WHEEL_IMPULSE / size
-        size = math.hypot(push_right, side_right)
-        if size > _WHEEL_IMPULSE:
-            push_right *= _WHEEL_IMPULSE / size
-            side_right *= _WHEEL_IMPULSE / size
-        along, across = push_left + push_right, side_left + side_right
-        forces[body, 0] = (along * cosine - across * sine) / _STEP
-        forces[body, 1] = (along * sine + across * cosine) / _STEP
-        forces[body, 2] = 0.5 * WHEEL_SEPARATION * (push_right - push_left) / _STEP
+        push_x = MASS * (speed * math.cos(heading) - state[body, 3]) - contacts[body, 0]
+        push_y = MASS * (speed * math.sin(heading) - state[body, 4]) - contacts[body, 1]
+        size = math.hypot(push_x, push_y)
+        share = _GRIP * _STEP / size if size > _GRIP * _STEP else 1.0
+        forces[body, 0], forces[body, 1] = share * push_x / _STEP, share * push_y / _STEP
+        twist = INERTIA * (wanted_turning - turning) - contacts[body, 2]
+        forces[body, 2] = min(max(twist / _STEP, -_TURNING_GRIP), _TURNING_GRIP)
 
 
 @compile_kernel
-def _account(before, after, forces, impulses, captured):
-    """Add what contacts did in a sub-step, and note which robots touched during it.
+def _account(before, after, forces, contacts, impulses, captured):
+    """Find what contacts did in a sub-step, and note which robots touched during it.
 
     What changed a body's momentum, and was not its wheels, was a contact.
     """
     for body in range(len(after)):
-        impulses[body, 0] += MASS * (after[body, 3] - before[body, 3]) - forces[body, 0] * _STEP
-        impulses[body, 1] += MASS * (after[body, 4] - before[body, 4]) - forces[body, 1] * _STEP
+        contacts[body, 0] = MASS * (after[body, 3] - before[body, 3]) - forces[body, 0] * _STEP
+        contacts[body, 1] = MASS * (after[body, 4] - before[body, 4]) - forces[body, 1] * _STEP
+        contacts[body, 2] = INERTIA * (after[body, 5] - before[body, 5]) - forces[body, 2] * _STEP
+        impulses[body, 0] += contacts[body, 0]
+        impulses[body, 1] += contacts[body, 1]
     for arena in range(len(captured)):
         predator, prey = 2 * arena, 2 * arena + 1
         x0, y0 = before[prey, 0] - before[predator, 0], before[prey, 1] - before[predator, 1]
@@ -185,6 +180,7 @@ class PymunkArenas:
         self._state = memory[: 6 * robots].reshape(robots, 6)
         self._before = np.zeros_like(self._state)
         self._forces = np.zeros((robots, 3))
+        self._contacts = np.zeros((robots, 3))  # impulses and angular impulse of the last sub-step
         self._impulses = np.zeros((robots, 2))
         self._state_buffer, self._force_buffer = batch.Buffer(), batch.Buffer()
         self._state_buffer.set_float_buf(memory)
@@ -230,6 +226,7 @@ class PymunkArenas:
             body.position, body.angle = (float(x), float(y)), float(heading)
             body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
             self._impulses[2 * index + robot] = 0.0
+            self._contacts[2 * index + robot] = 0.0
             lane = pair + HALF * robot
             self.bodies[block, :, lane] = x, y, math.cos(heading), math.sin(heading), 0.0
 
@@ -245,12 +242,14 @@ class PymunkArenas:
         self._impulses[:] = 0.0
         self._read()
         for _ in range(SUBSTEPS):
-            _drive(self._state, self.wheels, self._forces)
+            _drive(self._state, self.wheels, self._contacts, self._forces)
             batch.set_space_bodies(self._space, _FORCE, self._force_buffer)
             self._before[:] = self._state
             self._space.step(_STEP)
             self._read()
-            _account(self._before, self._state, self._forces, self._impulses, captured)
+            _account(
+                self._before, self._state, self._forces, self._contacts, self._impulses, captured
+            )
         _report(self._state, self._impulses, self.bodies)
         return captured
 
