@@ -28,6 +28,10 @@ PART_EPISODES = 256
 REQUESTS_EACH = 2
 """Most requests under way to each evaluator."""
 
+LOOKAHEAD = 3
+"""Generations in one batch where an episode costs little: late in a run one offspring in twenty is
+accepted and a twentieth of the episodes in vain, while a request costs as much as 15 episodes."""
+
 CHECK_PERIOD = 0.1
 """How often processes and the clock are looked at, s."""
 
@@ -116,6 +120,11 @@ class RosEvaluator:
         others = sum(client.ready and client.process is None for client in self._clients)
         full = own >= len(os.sched_getaffinity(0))
         return max(own * (1 if full else REQUESTS_EACH) + others * REQUESTS_EACH, 1)
+
+    @property
+    def lookahead(self) -> int:
+        """Generations worth asking for in one batch."""
+        return LOOKAHEAD if self.environment.physics == 'kinematic' else 1
 
     @property
     def evaluators(self) -> int:

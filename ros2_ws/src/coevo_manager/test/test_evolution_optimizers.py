@@ -152,3 +152,11 @@ def test_openai_es_follows_the_gradient():
 def test_unknown_optimizer_is_named():
     with pytest.raises(ValueError, match="'annealing' is none of cma_es, one_plus_one, openai_es"):
         optimizers.load('annealing')
+
+
+@pytest.mark.parametrize('name', optimizers.names())
+def test_candidates_ahead_are_those_asked_for_if_all_before_fail(name):
+    ahead, one_by_one = start(name)[0], start(name)[0]
+    for candidates in ahead.ask_ahead(5).copy():
+        np.testing.assert_array_equal(one_by_one.ask(), candidates)
+        assert not one_by_one.tell(np.full(len(candidates), -1.0))

@@ -43,8 +43,8 @@ SMALL = {
 class DisorderlyEvaluator:
     """Plays real episodes in any number of slots and answers in any order, counting the cost."""
 
-    def __init__(self, environment, slots=1, seed=0):
-        self.environment, self.slots = environment, slots
+    def __init__(self, environment, slots=1, seed=0, lookahead=1):
+        self.environment, self.slots, self.lookahead = environment, slots, lookahead
         self.episodes = self.ticks = self.tickets = 0
         self._random = random.Random(seed)
         self._waiting = {}
@@ -177,10 +177,11 @@ def test_ticks_are_counted_exactly(tmp_path):
 def test_equal_seeds_give_equal_files(tmp_path, optimizer):
     configuration = configure(optimizer=optimizer, algorithm='hall_of_fame')
     expected = None
-    for slots in (1, 2, 5):
+    for slots, lookahead in ((1, 1), (2, 3), (5, 100)):
         folder = tmp_path / f'slots{slots}'
         environment = configuration.make_environment()
-        run(folder, configuration, DisorderlyEvaluator(environment, slots, seed=slots))
+        evaluator = DisorderlyEvaluator(environment, slots, seed=slots, lookahead=lookahead)
+        run(folder, configuration, evaluator)
         files = contents(folder)
         expected = expected or files
         assert files == expected

@@ -45,6 +45,10 @@ class Evaluator(Protocol):
         Number of batches worth keeping submitted at once, so that no evaluator waits for work (2
         for each evaluator process). It may change while evaluators come and go; it is read at the
         start of each phase and never changes a result.
+    lookahead : int
+        Generations worth asking for in one batch where an optimizer knows its next candidates
+        should the present ones fail: some are played in vain, but there are fewer batches. Read
+        as slots is.
     """
 
     environment: Environment
@@ -145,6 +149,7 @@ class LocalEvaluator:
     """
 
     slots = 1
+    lookahead = 1
 
     def __init__(self, environment: Environment, threads: int = 1) -> None:
         self.environment = environment

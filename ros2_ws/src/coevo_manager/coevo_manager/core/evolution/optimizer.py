@@ -48,6 +48,16 @@ class Optimizer(abc.ABC):
     def ask(self) -> np.ndarray:
         """Return candidates to evaluate, float32 (k, genes), each gene in its limits."""
 
+    def ask_ahead(self, generations: int) -> np.ndarray:
+        """Return the candidates of up to that many generations, float32 (g, k, genes).
+
+        Those after the first are what `ask` will return if `tell` returns False for all before;
+        each is told in turn, up to the first that replaces ``best``. An optimizer whose next
+        candidates depend on more than that gives one generation.
+        """
+        del generations
+        return self.ask()[np.newaxis]
+
     @abc.abstractmethod
     def tell(self, fitness: np.ndarray) -> bool:
         """Take the candidates' mean fitness, float64 (k,); True when ``best`` was replaced."""

@@ -59,56 +59,73 @@ class Generation:
         Agents that were replaced.
     ticks : int
         Ticks simulated.
-    groups : int
-        Groups of agents that have completed it.
+    agents : int
+        Agents that have completed it.
     """
 
     fitness: np.ndarray
     accepted: int = 0
     ticks: int = 0
-    groups: int = 0
+    agents: int = 0
 
 
 class _Group:
-    """Some agents of a phase, whose candidates are evaluated in one batch."""
+    """Some agents of a phase, whose candidates are evaluated in one batch.
+
+    A batch may look ahead: it then holds the candidates of several generations of each agent, as
+    they are if none before them is accepted. Those after an accepted one are dropped, and asked
+    for again as they really are, so that looking ahead changes no result.
+    """
 
     def __init__(
-        self, phase: Phase, members: np.ndarray, optimizers: list[Optimizer], episode_ticks: int
+        self, phase: Phase, members: np.ndarray, agents: list[Optimizer], episode_ticks: int
     ) -> None:
-        self.members = members
-        self.generation = 0
-        self._optimizers = optimizers
-        self._species = phase.species
+        self._phase = phase
         self._episode_ticks = episode_ticks
-        first = [optimizer.ask() for optimizer in optimizers]
-        self._candidates = len(first[0])
-        self._genomes = np.concatenate(first)
-        index = np.indices((len(self._genomes), len(phase.opponents)), np.uint32).reshape(2, -1)
-        ours = (self._genomes, index[0])
-        theirs = (phase.opponents, index[1])
-        predator, prey = (ours, theirs) if phase.species == 'predator' else (theirs, ours)
-        self.batch = Batch(predator[0], prey[0], predator[1], prey[1])
+        self._agents = {int(member): agents[member] for member in members}
+        self._completed = dict.fromkeys(self._agents, 0)
+        self._asked: dict[int, int] = {}
 
-    def tell(self, capture_ticks: np.ndarray, generation: Generation) -> None:
+    def ask(self, lookahead: int) -> Batch | None:
+        """Return the next candidates against the opponents; None when the phase is over."""
+        self._asked = {
+            member: min(lookahead, self._phase.generations - completed)
+            for member, completed in self._completed.items()
+            if completed < self._phase.generations
+        }
+        if not self._asked:
+            return None
+        candidates = [self._agents[m].ask_ahead(count) for m, count in self._asked.items()]
+        self._asked = dict(zip(self._asked, map(len, candidates), strict=True))
+        genomes = np.concatenate(candidates).reshape(-1, candidates[0].shape[-1])
+        opponents = self._phase.opponents
+        index = np.indices((len(genomes), len(opponents)), np.uint32).reshape(2, -1)
+        ours, theirs = (genomes, index[0]), (opponents, index[1])
+        predator, prey = (ours, theirs) if self._phase.species == 'predator' else (theirs, ours)
+        return Batch(predator[0], prey[0], predator[1], prey[1])
+
+    def tell(self, capture_ticks: np.ndarray, records: list[Generation]) -> None:
         """Give each optimizer its candidates' fitness and record the outcome."""
-        ticks = capture_ticks.reshape(len(self._genomes), -1)
-        most = ticks.shape[1] * self._episode_ticks
-        totals = ticks.sum(axis=1, dtype=np.int64)
-        fitness = (fitness_of(self._species, totals, most) / most).reshape(-1, self._candidates)
-        for member, optimizer, results in zip(
-            self.members, self._optimizers, fitness, strict=True
-        ):
-            generation.accepted += optimizer.tell(results)
-            generation.fitness[member] = optimizer.best_fitness
-        generation.ticks += int(totals.sum())
-        generation.groups += 1
-        self.generation += 1
-
-    def ask(self) -> None:
-        """Refill the batch with each optimizer's new candidates."""
-        k = self._candidates
-        for row, optimizer in enumerate(self._optimizers):
-            self._genomes[row * k : (row + 1) * k] = optimizer.ask()
+        steps = sum(self._asked.values())
+        opponents = len(self._phase.opponents)
+        totals = capture_ticks.reshape(steps, -1, opponents).sum(axis=2, dtype=np.int64)
+        most = opponents * self._episode_ticks
+        fitness = fitness_of(self._phase.species, totals, most) / most
+        ticks = totals.sum(axis=1).tolist()
+        first = 0
+        for member, count in self._asked.items():
+            agent = self._agents[member]
+            for step in range(first, first + count):
+                record = records[self._completed[member]]
+                accepted = agent.tell(fitness[step])
+                record.accepted += accepted
+                record.fitness[member] = agent.best_fitness
+                record.ticks += ticks[step]
+                record.agents += 1
+                self._completed[member] += 1
+                if accepted:
+                    break
+            first += count
 
 
 def evolve(
@@ -153,22 +170,20 @@ def evolve(
         for agent, (genome, fitness) in enumerate(zip(phase.agents, phase.training, strict=True))
     ]
     groups = [
-        _Group(phase, members, [agents[i] for i in members], configuration.episode_ticks)
+        _Group(phase, members, agents, configuration.episode_ticks)
         for members in np.array_split(np.arange(len(agents)), min(evaluator.slots, len(agents)))
     ]
-    records: list[Generation] = []
+    records = [Generation(np.empty(len(agents))) for _ in range(phase.generations)]
     reported = 0
-    running = {evaluator.submit(group.batch): group for group in groups}
+    lookahead = evaluator.lookahead
+    running = {evaluator.submit(group.ask(lookahead)): group for group in groups}
     while running:
         ticket, ticks = next_answer(evaluator, stop)
         group = running.pop(ticket)
-        if group.generation == len(records):
-            records.append(Generation(np.empty(len(agents))))
-        group.tell(ticks, records[group.generation])
-        if group.generation < phase.generations:
-            group.ask()
-            running[evaluator.submit(group.batch)] = group
-        while reported < len(records) and records[reported].groups == len(groups):
+        group.tell(ticks, records)
+        if (batch := group.ask(lookahead)) is not None:
+            running[evaluator.submit(batch)] = group
+        while reported < len(records) and records[reported].agents == len(agents):
             on_generation(records[reported])
             reported += 1
     genomes = np.array([agent.best for agent in agents])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import collections
+
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.mutation import mutations
+from coevo_manager.core.evolution.mutation import Mutation, mutations
 from coevo_manager.core.evolution.optimizer import Optimizer
 from neuro_controller.core.genome import GENE_RANGE
 
@@ -24,7 +26,8 @@ class OnePlusOne(Optimizer):
         self._mutations = mutations(
             configuration.mutation, len(parent), configuration.mutation_rate, GENE_RANGE, rng
         )
-        self._offspring = np.empty((1, len(parent)), np.float32)
+        self._drawn: collections.deque[Mutation] = collections.deque()
+        self._offspring: collections.deque[np.ndarray] = collections.deque()
 
     @staticmethod
     def candidates(configuration: Configuration) -> int:
@@ -33,12 +36,19 @@ class OnePlusOne(Optimizer):
 
     def ask(self) -> np.ndarray:
         """Mutate the parent."""
-        genes, values = next(self._mutations)
-        offspring = self._offspring[0]
-        offspring[:] = self.best
-        offspring[genes] = values
-        return self._offspring
+        return self.ask_ahead(1)[0]
+
+    def ask_ahead(self, generations: int) -> np.ndarray:
+        """Mutate the parent by each of the next mutations, which no outcome changes."""
+        while len(self._drawn) < generations:
+            self._drawn.append(next(self._mutations))
+        offspring = np.repeat(self.best[np.newaxis, np.newaxis], generations, axis=0)
+        for (genome,), (genes, values) in zip(offspring, self._drawn, strict=False):
+            genome[genes] = values
+        self._offspring = collections.deque(offspring)
+        return offspring
 
     def tell(self, fitness: np.ndarray) -> bool:
         """Keep the better of parent and offspring."""
-        return self._keep_best(self._offspring, fitness)
+        self._drawn.popleft()
+        return self._keep_best(self._offspring.popleft(), fitness)
