@@ -261,7 +261,9 @@ def test_the_player_shows_the_episode(page, runs):
 
 def test_the_player_plays_pauses_scrubs_and_steps(page):
     from selenium.webdriver import Keys
+    from selenium.webdriver.support.ui import Select
 
+    Select(page.find_element('id', 'speed')).select_by_value('0.5')
     page.execute_script('player.seek(0)')
     play = page.find_element('id', 'play')
     click(page, play)
