@@ -27,7 +27,6 @@ from rclpy.utilities import remove_ros_args
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.evaluation_messages import to_batch, to_environment, to_sequence
-from coevo_manager.transport import choose_transport
 from neuro_controller.core.genome import GENES
 
 WAIT = 0.1
@@ -168,7 +167,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if options.parent:
         _end_with(options.parent)
     _compile()
-    choose_transport()
     rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
     node = EvaluatorNode()

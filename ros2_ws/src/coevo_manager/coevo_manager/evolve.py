@@ -15,7 +15,6 @@ from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.evolve_options import Options, read_options
 from coevo_manager.run import Plan, Run, make_plan
 from coevo_manager.run_display import make_display
-from coevo_manager.transport import choose_transport
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -34,7 +33,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (ValueError, RunFolderError) as error:
         print(f'evolve: {error}', file=sys.stderr)
         return 2
-    choose_transport()
     # Events are shown by the display; rosout and the log file get them as well.
     rclpy.init(
         args=[*command_line, '--ros-args', '--disable-stdout-logs'],

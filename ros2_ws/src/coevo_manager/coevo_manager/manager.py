@@ -22,7 +22,6 @@ from rclpy.task import Future
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.run import Plan, Run, Status, make_plan, to_message
-from coevo_manager.transport import choose_transport
 
 
 class ManagerNode(Node):
@@ -148,7 +147,6 @@ def _read_goal(request: Evolve.Goal) -> Plan:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the executable ``manager``; return its exit code."""
     command_line = list(sys.argv if arguments is None else ['manager', *arguments])
-    choose_transport()
     rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
