@@ -14,7 +14,7 @@ setup(
     zip_safe=True,
     maintainer='The Red Queen developers',
     maintainer_email='red-queen@example.org',
-    description='Sixteen float32 lanes as one Numba value: kernels that run many episodes at once.',
+    description='Sixteen float32 lanes as one Numba value, for many episodes at once.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
     entry_points={'console_scripts': []},
