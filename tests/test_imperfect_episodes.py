@@ -35,7 +35,7 @@ IMPERFECT = Perturbations(
 )
 ENVIRONMENTS = {
     'imperfect': Environment(perturbations=IMPERFECT, episode_ticks=400),
-    'rigid': Environment(physics='pymunk', episode_ticks=250),
+    'rigid': Environment(physics='pymunk', episode_ticks=150),
     'imperfect and rigid': Environment(
         physics='pymunk', perturbations=IMPERFECT, obstacle=True, episode_ticks=150
     ),
@@ -44,7 +44,8 @@ N = 10
 FIRST, SECOND = np.indices((N, N)).reshape(2, -1)
 
 
-def populations(n=N, seed=0):
+def populations(n=N, seed=392):
+    """Return random genomes; of this seed a third of the pairs come to a capture soon."""
     rng = np.random.default_rng(seed)
     return random_genomes(n, rng), random_genomes(n, rng)
 
@@ -63,7 +64,7 @@ def results(request):
 
 def test_neither_order_nor_company_nor_threads_matter(results):
     environment, predators, prey, ticks, complexity = results
-    assert len(np.unique(ticks)) > 2
+    assert len(np.unique(ticks)) > 8
     rng = np.random.default_rng(1)
     for size, threads in ((100, 2), (37, 1), (1, 1)):
         order = rng.permutation(100)[:size]
@@ -106,7 +107,7 @@ def test_an_episode_stepped_from_python_is_the_same(results):
 
 def test_perfect_robots_play_as_if_perturbations_did_not_exist():
     """A change of the kernel on purpose changes these hashes; nothing else may."""
-    predators, prey = populations(24)
+    predators, prey = populations(24, seed=0)
     i, j = np.indices((24, 24)).reshape(2, -1)
     for environment, known in (
         (Environment(), '9b2bc639d04e26cb'),

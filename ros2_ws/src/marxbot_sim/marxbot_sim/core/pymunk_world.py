@@ -223,6 +223,7 @@ class PymunkArenas:
         block, pair = divmod(index, HALF)
         for robot, (x, y, heading) in enumerate(poses):
             body = self._robots[2 * index + robot]
+            body.update_position(body, 0.0)  # drops the correction of an overlap still to come
             body.position, body.angle = (float(x), float(y)), float(heading)
             body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
             self._impulses[2 * index + robot] = 0.0
