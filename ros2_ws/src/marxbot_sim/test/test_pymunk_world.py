@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from marxbot_sim.core.layout import CONTACT, READING_ROWS, X, Y
+from marxbot_sim.core.layout import CONTACT, READING_ROWS
 from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, WHEEL_RADIUS, Arena
 from marxbot_sim.core.physics import make_world
 from marxbot_sim.core.pymunk_world import (
@@ -91,10 +91,11 @@ def test_bodies_never_sink_in_and_contact_is_felt_where_the_kernel_feels_it(obst
             arenas.wheels[:] = rng.uniform(-4, FULL, arenas.wheels.shape)
         kernel = arenas.bodies.copy()
         arenas.step()
-        assert np.abs(arenas.bodies[:, :2]).max() < 1.5 - BODY_RADIUS + DEEPEST
-        if obstacle:
-            distance = np.hypot(arenas.bodies[:, X], arenas.bodies[:, Y])
-            assert distance.min() > OBSTACLE_RADIUS + BODY_RADIUS - DEEPEST
+        for places, overlap in ((arenas._state[:, :2].T, DEEPEST), (arenas.bodies[:, :2], 1e-7)):
+            assert np.abs(places).max() < 1.5 - BODY_RADIUS + overlap
+            if obstacle:
+                distance = np.hypot(*np.moveaxis(places, -2, 0))
+                assert distance.min() > OBSTACLE_RADIUS + BODY_RADIUS - overlap
         for bodies, wheels in zip(kernel, arenas.wheels, strict=True):
             _move(bodies, wheels, arena_rows(arena), obstacle)
         felt.append(arenas.bodies[:, CONTACT].copy())

@@ -125,12 +125,18 @@ def _account(before, after, forces, contacts, impulses, captured):
 
 
 @compile_kernel
-def _report(state, impulses, bodies):
-    """Write poses and contacts to the lanes."""
+def _report(state, impulses, limit, obstacle, bodies):
+    """Write poses and contacts to the lanes; what overlaps is reported where it touches."""
     for body in range(len(state)):
         block, pair = divmod(body // 2, HALF)
         lane = pair + HALF * (body % 2)
-        bodies[block, X, lane], bodies[block, Y, lane] = state[body, 0], state[body, 1]
+        x = min(max(state[body, 0], -limit), limit)
+        y = min(max(state[body, 1], -limit), limit)
+        distance = math.hypot(x, y)
+        if obstacle and distance < OBSTACLE_RADIUS + BODY_RADIUS:
+            x *= (OBSTACLE_RADIUS + BODY_RADIUS) / distance
+            y *= (OBSTACLE_RADIUS + BODY_RADIUS) / distance
+        bodies[block, X, lane], bodies[block, Y, lane] = x, y
         bodies[block, COSINE, lane] = math.cos(state[body, 2])
         bodies[block, SINE, lane] = math.sin(state[body, 2])
         force = math.hypot(impulses[body, 0], impulses[body, 1]) / TICK
@@ -251,7 +257,8 @@ class PymunkArenas:
             _account(
                 self._before, self._state, self._forces, self._contacts, self._impulses, captured
             )
-        _report(self._state, self._impulses, self.bodies)
+        limit = 0.5 * self.arena.size - BODY_RADIUS
+        _report(self._state, self._impulses, limit, self.arena.obstacle, self.bodies)
         return captured
 
     def _read(self):
