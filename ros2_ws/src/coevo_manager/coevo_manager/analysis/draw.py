@@ -168,6 +168,8 @@ def _heat(axes, mark: Heat) -> None:
         cmap='PuOr' if mark.diverging else 'viridis',
         vmin=mark.low,
         vmax=mark.high,
+        edgecolors='face',
+        linewidth=0.3,
     )
     for axis, values in ((axes.xaxis, mark.x), (axes.yaxis, mark.y)):
         step = -(-len(values) // 4)
