@@ -8,8 +8,10 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 
 import numpy as np
+import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from marxbot_msgs.msg import ArenaState
 from marxbot_msgs.srv import Step
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -17,10 +19,11 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.recorder import COMMANDS, GROUND_TRUTH, Recorder
+from coevo_manager.recorder import COMMANDS, GROUND_TRUTH, STATE, Recorder
 from marxbot_sim.core.drive import wheel_speeds
 from marxbot_sim.core.parameters import TICK
 from marxbot_sim.core.simulation import ROBOTS
+from neuro_controller.core.genome import GENE_RANGE, GENES, OUTPUT_BIASES
 from node_runner import call, make_executor, wait_until
 from node_runner.children import Children
 
@@ -33,6 +36,9 @@ memory of the transport (512 KB), or some would be lost."""
 
 TICK_TIMEOUT = 30.0
 """How long to wait for any progress, s."""
+
+STANDING = np.where(np.arange(GENES) == OUTPUT_BIASES + 1, -GENE_RANGE, 0.0)
+"""Genome of a robot that all but stands still: only the bias of the drive is not zero."""
 
 ATTEMPTS = 3
 """How often an episode is played until every message of it has been received."""
@@ -164,6 +170,7 @@ class EpisodePlayer:
                 {
                     'trigger': 'sensors',
                     'stamped_cmd_vel': True,
+                    'use_sim_time': True,
                     'sensor_timeout': TICK_TIMEOUT,
                     'max_wheel_speed': speed,
                     'motor_map': environment.motor_map,
@@ -245,6 +252,30 @@ class EpisodePlayer:
         raise RuntimeError(
             f'messages of the episode were lost in {ATTEMPTS} attempts: {self._recorder.counts}'
         )
+
+    def measure(self, predator, prey):
+        """Play one episode that nobody records, on a new player; return its ticks per second."""
+        self._set_genomes(predator, prey)
+        self._activate()
+        states = []
+        topic = f'{self._prefix}{STATE}'
+        subscription = self._node.create_subscription(ArenaState, topic, states.append, 1000)
+        length = self._environment.episode_ticks
+
+        def begun():
+            states.clear()
+            self._call(self._reset, Trigger.Request())
+            with suppress(TimeoutError):
+                self._wait(lambda: states, 1.0, 'the state')
+            return states
+
+        self._wait(begun, START_TIMEOUT, 'the start of the episode')
+        started = time.monotonic()
+        self._call(self._step, Step.Request(ticks=length))
+        self._wait(lambda: states[-1].ended, TICK_TIMEOUT + length, 'the end of the episode')
+        seconds = time.monotonic() - started
+        self._node.destroy_subscription(subscription)
+        return states[-1].tick / seconds
 
     def _set_genomes(self, *genomes):
         for client, genome in zip(self._parameters, genomes, strict=True):
@@ -343,3 +374,21 @@ def _tick(stamp):
 def _pose(pose):
     """Return x, y and heading of a geometry_msgs/Pose."""
     return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+
+def lockstep_rate(environment=Environment(episode_ticks=3000)):
+    """Return how many ticks a second lockstep makes here, with nobody recording.
+
+    For an own process: it initialises rclpy, and ends it.
+
+    Parameters
+    ----------
+    environment : Environment
+        The episode is played to its end by two robots that stand still.
+    """
+    rclpy.init(args=[])
+    try:
+        with EpisodePlayer(environment) as player:
+            return player.measure(STANDING, STANDING)
+    finally:
+        rclpy.try_shutdown()

@@ -1,0 +1,129 @@
+"""The episodes node: playing an episode over topics as an action."""
+
+import signal
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from coevo_msgs.action import RunEpisode
+from geometry_msgs.msg import Pose2D
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from coevo_manager.analysis.measures import complexity_of_wheels
+from coevo_manager.bag import BagWriter
+from coevo_manager.episode_player import EpisodePlayer
+from coevo_manager.evaluation_messages import to_environment
+
+
+class EpisodesNode(Node):
+    """Serves the action ``run_episode`` (coevo_msgs/action/RunEpisode), one episode at a time.
+
+    Each episode gets a simulator and two controllers in processes of their own, in a namespace of
+    their own. Bad goals and failures are aborted with one sentence in the result.
+    """
+
+    def __init__(self):
+        super().__init__('episodes')
+        self._busy = threading.Lock()
+        self._stopped = threading.Event()
+        self._server = ActionServer(
+            self,
+            RunEpisode,
+            'run_episode',
+            self._execute,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+        )
+        self.get_logger().info('ready on run_episode')
+
+    @property
+    def busy(self):
+        """Whether an episode is being played."""
+        return self._busy.locked()
+
+    def stop(self):
+        """Let the episode that is being played, if any, end soon."""
+        self._stopped.set()
+
+    async def _execute(self, goal):
+        result = RunEpisode.Result()
+        if not self._busy.acquire(blocking=False):
+            result.message = 'an episode is being played; cancel it or wait for its end'
+            goal.abort()
+            return result
+        # The episode has a thread of its own, so that this one hears of a cancel.
+        done = Future(executor=self.executor)
+        thread = threading.Thread(target=self._play, args=(goal, result, done))
+        thread.start()
+        await done
+        thread.join()
+        self._busy.release()
+        if result.success:
+            goal.succeed()
+        elif goal.is_cancel_requested:
+            goal.canceled()
+        else:
+            goal.abort()
+        return result
+
+    def _play(self, goal, result, done):
+        """Fill the result; called in the episode's thread."""
+
+        def tell(tick, poses):
+            if goal.is_cancel_requested or self._stopped.is_set():
+                raise InterruptedError('stopped on request')
+            predator, prey = (Pose2D(x=x, y=y, theta=theta) for x, y, theta in poses.tolist())
+            goal.publish_feedback(RunEpisode.Feedback(tick=tick, predator=predator, prey=prey))
+
+        request = goal.request
+        try:
+            environment = to_environment(request.environment)
+            with EpisodePlayer(environment, request.real_time_factor) as player:
+                genomes = np.asarray(request.predator), np.asarray(request.prey)
+                if request.bag:
+                    with BagWriter(Path(request.bag)) as bag:
+                        episode = player.play(*genomes, bag, tell)
+                else:
+                    episode = player.play(*genomes, None, tell)
+        except (ValueError, RuntimeError, OSError) as error:  # TimeoutError is an OSError
+            result.message = str(error)
+        else:
+            result.success = True
+            result.captured = episode.captured
+            result.capture_tick = episode.ticks
+            result.prey_fitness = episode.ticks / environment.episode_ticks
+            result.predator_fitness = 1 - result.prey_fitness
+            result.predator_complexity, result.prey_complexity = (
+                complexity_of_wheels(episode.wheels[:, robot]) for robot in range(2)
+            )
+        finally:
+            done.set_result(None)
+
+
+def main(arguments=None):
+    """Run the executable ``episodes`` until it is stopped; return its exit code."""
+    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    node = EpisodesNode()
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    while not stop.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    node.stop()
+    while node.busy:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())
