@@ -1,4 +1,4 @@
-from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
@@ -12,19 +12,20 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
-        (f'share/{PACKAGE}/launch', glob('launch/*')),
+        (f'share/{PACKAGE}/launch', [str(path) for path in Path('launch').iterdir()]),
     ],
     install_requires=['setuptools'],
     zip_safe=True,
     maintainer='The Red Queen developers',
     maintainer_email='red-queen@example.org',
-    description='Competitive co-evolution of predators and prey: episodes, algorithms, analysis and their executables.',
+    description='Competitive co-evolution of predators and prey: episodes, algorithms, analysis.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
     entry_points={
         'console_scripts': [
             'analyze = coevo_manager.analyze:main',
             'campaign = coevo_manager.campaign:main',
+            'episodes = coevo_manager.episodes:main',
             'evaluator = coevo_manager.evaluator:main',
             'evolve = coevo_manager.evolve:main',
             'export = coevo_manager.export:main',
