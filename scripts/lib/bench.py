@@ -14,6 +14,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
+from bench_loop import measure_loop
 
 from coevo_manager.analysis.transfer import ALL
 from coevo_manager.core.configuration import load_configuration
@@ -146,6 +147,18 @@ class Bench:
             small = self.rate(f'the same in batches of {SMALL_BATCH}, {arena}', play)
             self.ratio(f'small batches : large, {arena}', small, large)
 
+    def services(self):
+        """The algorithm Standard through services, against the kernel on the same episodes."""
+        warm_up, phases = (1, 1) if self.quick else (40, 10)
+        measured = measure_loop(2, warm_up, phases, self.runs)
+        for name, text in (('loop', 'evolve, 2 evaluators'), ('kernel', 'kernel, 2 threads')):
+            values = sorted(value / 1e6 for value in measured[name])
+            self.report(f'{text}, the same episodes', values, 'M pair-ticks/s')
+        self.report('evolve : kernel', sorted(measured['ratio']), 'x')
+        self.report(
+            'a generation of evolve', sorted(1e3 * v for v in measured['generation']), 'ms'
+        )
+
     def start(self):
         """Start of a process that plays an episode: everything compiled, and nothing."""
         command = [sys.executable, '-c', _FIRST_EPISODE]
@@ -210,6 +223,7 @@ SECTIONS = {
     'kernel': Bench.kernel,
     'threads': Bench.threads,
     'batch': Bench.batch,
+    'services': Bench.services,
     'start': Bench.start,
     'pymunk': Bench.pymunk,
 }

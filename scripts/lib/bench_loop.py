@@ -1,0 +1,144 @@
+"""How much of the kernel's speed evolve keeps: the loop through services, the kernel alone."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import rclpy
+
+from coevo_manager.core.configuration import load_configuration
+from coevo_manager.core.episodes import evaluate_pairs
+from coevo_manager.core.evaluation import Batch, Evaluator, LocalEvaluator, evaluate_all
+from coevo_manager.core.evolution import Evolution, PhaseStats
+from coevo_manager.evaluator_pool import RosEvaluator
+from neuro_controller.core.genome import GENES
+
+
+class _Recorder(LocalEvaluator):
+    """Keeps every batch."""
+
+    def __init__(self, environment, threads: int) -> None:
+        super().__init__(environment, threads)
+        self.batches: list[Batch] = []
+
+    def submit(self, batch: Batch) -> int:
+        self.batches.append(batch)
+        return super().submit(batch)
+
+
+def measure_loop(
+    evaluators: int = 2, warm_up: int = 40, phases: int = 10, repeats: int = 3
+) -> dict[str, list[float]]:
+    """Compare evolve through services with the kernel alone on the same episodes.
+
+    Parameters
+    ----------
+    evaluators : int
+        Evaluator processes, and threads of the kernel alone.
+    warm_up : int
+        Phases of the algorithm Standard, of 100 generations, that are run before, untimed.
+    phases : int
+        Phases that are timed.
+    repeats : int
+        How often both are timed, alternately.
+
+    Returns
+    -------
+    dict
+        ``loop`` and ``kernel``: ticks/s of each repeat, episodes played in vain not counted;
+        ``ratio``: of each pair; ``generation``: wall-clock time of one in the loop, s;
+        ``episode``: mean length, ticks.
+    """
+    # One phase more, untimed: the first one after a run is resumed.
+    configuration = load_configuration({'phases': warm_up + 1 + phases}, 'paper')
+    environment = configuration.make_environment()
+    result: dict[str, list[float]] = {
+        name: [] for name in ('loop', 'kernel', 'ratio', 'generation', 'episode')
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        start = Path(folder, 'start')
+        _run_phases(configuration, LocalEvaluator(environment, evaluators), start, warm_up)
+        recorder = _Recorder(environment, evaluators)
+        _go_on(start, recorder, recorder.batches.clear)
+        episodes = _concatenate(
+            [batch for batch in recorder.batches if len(batch) < configuration.population**2]
+        )
+        rclpy.init()
+        node = rclpy.create_node('bench')
+        pool = RosEvaluator(node, environment, evaluators, print)
+        try:
+            pool.start(threading.Event())
+            while pool.evaluators < evaluators:
+                evaluate_all(pool, *[np.zeros((1, GENES), np.float32)] * 2, threading.Event())
+            for _ in range(repeats):
+                seconds, ticks, generations = _go_on(start, pool)
+                result['loop'].append(ticks / seconds)
+                result['generation'].append(seconds / generations)
+                begun = time.perf_counter()
+                played = evaluate_pairs(*episodes, environment, threads=evaluators)
+                seconds = time.perf_counter() - begun
+                result['kernel'].append(int(played.sum(dtype=np.int64)) / seconds)
+                result['ratio'].append(result['loop'][-1] / result['kernel'][-1])
+                result['episode'].append(float(played.mean()))
+        finally:
+            pool.close()
+            node.destroy_node()
+            rclpy.try_shutdown()
+    return result
+
+
+def _run_phases(configuration, evaluator: Evaluator, folder: Path, phases: int) -> None:
+    """Begin a run and stop it after some phases."""
+
+    def observe(stats) -> None:
+        if isinstance(stats, PhaseStats) and stats.phase == phases:
+            evolution.stop()
+
+    evolution = Evolution(configuration, evaluator, folder, observe)
+    evolution.run()
+
+
+def _go_on(
+    start: Path, evaluator: Evaluator, on_first: Callable[[], object] = lambda: None
+) -> tuple[float, int, int]:
+    """Go on with a copy of a run to its end.
+
+    Returns the seconds, ticks and generations of all phases but the first; `on_first` is called
+    after that one.
+    """
+    moments: list[tuple[float, PhaseStats]] = []
+
+    def observe(stats) -> None:
+        if isinstance(stats, PhaseStats):
+            if not moments:
+                on_first()
+            moments.append((time.perf_counter(), stats))
+
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(start, folder, dirs_exist_ok=True)
+        Evolution.resume(folder, evaluator, observe).run()
+    (begun, first), (ended, last) = moments[0], moments[-1]
+    return ended - begun, last.ticks - first.ticks, last.generation - first.generation
+
+
+def _concatenate(batches: list[Batch]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Put many batches into one: the arrays that evaluate_pairs takes."""
+    predators = np.cumsum([0, *(len(batch.predators) for batch in batches)])
+    prey = np.cumsum([0, *(len(batch.prey) for batch in batches)])
+    return (
+        np.concatenate([batch.predators for batch in batches]),
+        np.concatenate([batch.prey for batch in batches]),
+        np.concatenate([b.predator_index + n for b, n in zip(batches, predators, strict=False)]),
+        np.concatenate([b.prey_index + n for b, n in zip(batches, prey, strict=False)]),
+    )
+
+
+if __name__ == '__main__':
+    for name, values in measure_loop().items():
+        print(name, *(f'{value:.4g}' for value in values))
