@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import collections
 import itertools
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -26,11 +25,10 @@ PART_EPISODES = 256
 """Most episodes of one request: larger batches are shared by all evaluators."""
 
 REQUESTS_EACH = 2
-"""Most requests under way to each evaluator."""
+"""Requests under way to each evaluator, so that it has work while its answer travels."""
 
-LOOKAHEAD = 3
-"""Generations in one batch where an episode costs little: late in a run one offspring in twenty is
-accepted and a twentieth of the episodes in vain, while a request costs as much as 15 episodes."""
+LOOKAHEAD = 5
+"""Most generations in one batch where an episode costs little: a request costs as much as 15."""
 
 CHECK_PERIOD = 0.1
 """How often processes and the clock are looked at, s."""
@@ -111,15 +109,8 @@ class RosEvaluator:
 
     @property
     def slots(self) -> int:
-        """Batches worth keeping submitted at once.
-
-        Two for each evaluator, so that it has work while its answer travels; but one for each own
-        one where they take up all cores, since fewer requests leave the cores more time to play.
-        """
-        own = max(sum(client.process is not None for client in self._clients), self._own)
-        others = sum(client.ready and client.process is None for client in self._clients)
-        full = own >= len(os.sched_getaffinity(0))
-        return max(own * (1 if full else REQUESTS_EACH) + others * REQUESTS_EACH, 1)
+        """Batches worth keeping submitted at once."""
+        return REQUESTS_EACH * max(self.evaluators, self._own, 1)
 
     @property
     def lookahead(self) -> int:

@@ -84,12 +84,21 @@ class _Group:
         self._episode_ticks = episode_ticks
         self._agents = {int(member): agents[member] for member in members}
         self._completed = dict.fromkeys(self._agents, 0)
+        self._accepted = dict.fromkeys(self._agents, 0)
         self._asked: dict[int, int] = {}
 
     def ask(self, lookahead: int) -> Batch | None:
-        """Return the next candidates against the opponents; None when the phase is over."""
+        """Return the next candidates against the opponents; None when the phase is over.
+
+        Each agent looks ahead, up to `lookahead` generations, about a quarter of the way to its
+        next success at the rate of this phase: an eighth of what it asks for is then in vain.
+        """
         self._asked = {
-            member: min(lookahead, self._phase.generations - completed)
+            member: min(
+                lookahead,
+                1 + completed // (1 + 4 * self._accepted[member]),
+                self._phase.generations - completed,
+            )
             for member, completed in self._completed.items()
             if completed < self._phase.generations
         }
@@ -123,6 +132,7 @@ class _Group:
                 record.ticks += ticks[step]
                 record.agents += 1
                 self._completed[member] += 1
+                self._accepted[member] += accepted
                 if accepted:
                     break
             first += count
