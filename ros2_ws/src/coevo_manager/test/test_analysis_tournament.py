@@ -13,7 +13,9 @@ from coevo_manager.analysis.exploit import (
     probe,
     while_searching,
 )
-from coevo_manager.analysis.kernel import Kernel
+from coevo_manager.analysis.kernel import Kernel, source_hash
+from coevo_manager.analysis.pipeline import connect
+from coevo_manager.analysis.runs import AnalysisError
 from coevo_manager.analysis.tournament import Block, Evaluations, Store, evaluate_portion
 from coevo_manager.core.episodes import Environment, evaluate_matrix, measure_pairs
 
@@ -139,7 +141,7 @@ def test_nothing_half_written_is_left(tmp_path, monkeypatch):
 
 
 def test_a_dask_cluster_gives_the_same(tmp_path):
-    from distributed import Client, LocalCluster
+    from distributed import LocalCluster
 
     blocks = [Block(genomes(a), genomes(5 + a), SHORT) for a in range(3)]
     alone = evaluations(tmp_path / 'alone', Kernel(), workers=2)
@@ -147,8 +149,10 @@ def test_a_dask_cluster_gives_the_same(tmp_path):
         LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=None, memory_limit=0
         ) as cluster,
-        Client(cluster) as client,
+        connect(cluster.scheduler_address, source_hash()) as client,
     ):
+        with pytest.raises(AnalysisError, match='another version of the episode kernel'):
+            connect(cluster.scheduler_address, 'older')
         together = evaluations(tmp_path / 'cluster', Kernel(), client=client)
         assert together.prepare(blocks) == 3 * 36
         processes = set(client.run(os.getpid).values())

@@ -20,6 +20,7 @@ SOURCES = (
     'coevo_manager.core.pymunk_player',
     'coevo_manager.core.stream',
     'coevo_manager.core.episodes',
+    'coevo_manager.core.trace',
 )
 
 

@@ -60,7 +60,7 @@ def analyze(
     runs = read_runs(folders)
     generations = choose_generations(runs, every, until)
     kernel = Kernel()
-    client = _connect(dask, kernel.version) if dask else None
+    client = connect(dask, kernel.version) if dask else None
     try:
         evaluations = Evaluations(
             kernel, Store(cache or out / 'cache', kernel.version), threads, client
@@ -120,20 +120,30 @@ def _tables(study: Study) -> dict:
     return found
 
 
-def _connect(address: str, version: str):
-    """Connect to a Dask scheduler whose workers have the same kernel."""
+def connect(address: str, version: str):
+    """Connect to a Dask scheduler, as a distributed.Client.
+
+    Raises
+    ------
+    AnalysisError
+        Nothing answers there, it has no workers, or one has another version of the kernel.
+    """
     from distributed import Client
 
     try:
         client = Client(address, timeout='30s')
     except (OSError, ValueError) as error:
         raise AnalysisError(f'dask is {address}: no scheduler answers there ({error})') from None
-    client.wait_for_workers(1, timeout=30)
-    others = {worker for worker, found in client.run(source_hash).items() if found != version}
+    try:
+        client.wait_for_workers(1, timeout=30)
+        versions = client.run(source_hash)
+    except TimeoutError:
+        client.close()
+        raise AnalysisError(f'dask is {address}: its scheduler has no workers') from None
+    others = sorted(worker for worker, found in versions.items() if found != version)
     if others:
         client.close()
         raise AnalysisError(
-            f'dask is {address}: its worker {min(others)} has another version of the episode '
-            'kernel'
+            f'dask is {address}: its worker {others[0]} has another version of the episode kernel'
         )
     return client

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from coevo_manager.analysis.runs import AnalysisError
 from coevo_manager.core.episodes import Environment
 
 EPISODES_A_CALL = 5000  # at least a good part of a second of work
@@ -198,14 +199,7 @@ class Evaluations:
     ) -> Iterator[tuple[int, Any]]:
         """Yield (place of the task, result) of each task as it is done."""
         if self.client is not None:
-            from distributed import as_completed
-
-            futures = {
-                self.client.submit(function, self.kernel, *task, pure=False): place
-                for place, task in enumerate(tasks)
-            }
-            for future in as_completed(futures):
-                yield futures[future], future.result()
+            yield from self._work_on_cluster(function, tasks)
             return
         if processes and self.workers > 1:
             pool = futures_module.ProcessPoolExecutor(
@@ -222,6 +216,21 @@ class Evaluations:
                 yield futures[future], future.result()
         finally:
             pool.shutdown(cancel_futures=True)
+
+    def _work_on_cluster(self, function: Callable, tasks: Sequence[tuple]):
+        from distributed import KilledWorker, as_completed
+
+        futures = {
+            self.client.submit(function, self.kernel, *task, pure=False): place
+            for place, task in enumerate(tasks)
+        }
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        except KilledWorker as error:
+            raise AnalysisError(
+                f'the Dask cluster lost its workers again and again: {error}'
+            ) from None
 
 
 def content_hash(*parts) -> str:
