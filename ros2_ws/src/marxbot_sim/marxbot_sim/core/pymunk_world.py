@@ -83,8 +83,8 @@ def _drive(state, wheels, contacts, forces):
         turning = state[body, 5]
         block, pair = divmod(body // 2, HALF)
         lane = pair + HALF * (body % 2)
-        left = WHEEL_RADIUS * wheels[block, LEFT, lane]
-        right = WHEEL_RADIUS * wheels[block, RIGHT, lane]
+        left = WHEEL_RADIUS * float(wheels[block, LEFT, lane])
+        right = WHEEL_RADIUS * float(wheels[block, RIGHT, lane])
         wanted_turning = (right - left) / WHEEL_SEPARATION
         heading = state[body, 2] + (turning + 0.5 * wanted_turning) * _STEP
         speed = 0.5 * (left + right)

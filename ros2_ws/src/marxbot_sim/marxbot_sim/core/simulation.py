@@ -71,7 +71,7 @@ class Simulation:
 
     @property
     def contact_forces(self):
-        """Force of walls and obstacle on each robot during the last tick, N, shape (2,).
+        """Force of what each robot touched, mean over the last tick, N, shape (2,).
 
         Kinematic physics knows no forces: a contact counts as `CONTACT_FORCE`.
         """
