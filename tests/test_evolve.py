@@ -228,6 +228,7 @@ def test_help_states_units_and_defaults(start):
         (['--config', 'missing.yaml'], 'cannot read missing.yaml'),
         (['--config', 'unknown.yaml'], 'unknown configuration key populaton'),
         (['--config', 'list.yaml'], 'must hold a mapping'),
+        (['--ros-args', '-r', 'nothing'], "remap rule: '-r nothing'"),
         (['--out', 'occupied'], 'occupied is not empty'),
         (['--out', 'list.yaml/run'], 'list.yaml is not a folder'),
     ],

@@ -134,3 +134,18 @@ def test_bad_goals_are_aborted_with_one_sentence(manager, fields, sentence):
     assert not answer.result.success
     assert sentence in answer.result.message
     assert '\n' not in answer.result.message
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'sentence'),
+    [
+        (['-p', 'evaluators:=-3'], 'evaluators out of range'),
+        (['-p', 'patience:=soon'], 'patience'),
+        (['-r', 'nothing'], "remap rule: '-r nothing'"),
+    ],
+)
+def test_bad_arguments_are_refused(start, arguments, sentence):
+    process = start(['coevo_manager', 'manager', '--ros-args', *arguments])
+    assert process.wait(30) == 2
+    assert sentence in process.stderr_text
+    assert 'Traceback' not in process.stderr_text

@@ -22,11 +22,10 @@ from coevo_msgs.srv import EvaluateBatch
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.evaluation_messages import to_batch, to_environment, to_sequence
+from coevo_manager.start import own_arguments, start_ros
 from neuro_controller.core.genome import GENES
 
 WAIT = 0.1
@@ -163,11 +162,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         '--parent', type=int, metavar='PID', help='end together with this parent process'
     )
     command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
-    options = parser.parse_args(remove_ros_args(command_line)[1:])
+    options = parser.parse_args(own_arguments(command_line))
     if options.parent:
         _end_with(options.parent)
     _compile()
-    rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(command_line)
     stop = threading.Event()
     node = EvaluatorNode()
     gc.freeze()  # what was imported stays: collections need not look at it

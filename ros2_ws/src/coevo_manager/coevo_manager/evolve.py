@@ -7,14 +7,13 @@ import sys
 from collections.abc import Sequence
 
 import rclpy
-from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
 from coevo_manager.core.evolution import RunFolderError
 from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.evolve_options import Options, read_options
 from coevo_manager.run import Plan, Run, make_plan
 from coevo_manager.run_display import make_display
+from coevo_manager.start import own_arguments, start_ros
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -28,16 +27,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     command_line = list(sys.argv if arguments is None else ['evolve', *arguments])
     try:
-        options = read_options(remove_ros_args(command_line)[1:])
+        options = read_options(own_arguments(command_line))
         plan = make_plan(options.values, options.preset, options.out, options.resume)
     except (ValueError, RunFolderError) as error:
         print(f'evolve: {error}', file=sys.stderr)
         return 2
     # Events are shown by the display; rosout and the log file get them as well.
-    rclpy.init(
-        args=[*command_line, '--ros-args', '--disable-stdout-logs'],
-        signal_handler_options=SignalHandlerOptions.NO,
-    )
+    start_ros([*command_line, '--ros-args', '--disable-stdout-logs'])
     try:
         return _evolve(plan, options)
     finally:

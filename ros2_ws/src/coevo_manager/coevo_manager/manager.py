@@ -12,16 +12,18 @@ from typing import Any
 import rclpy
 import yaml
 from coevo_msgs.action import Evolve
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
+from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.run import Plan, Run, Status, make_plan, to_message
+from coevo_manager.start import start_ros
 
 
 class ManagerNode(Node):
@@ -40,8 +42,18 @@ class ManagerNode(Node):
 
     def __init__(self) -> None:
         super().__init__('manager')
-        self._evaluators = self.declare_parameter('evaluators', -1)
-        self._patience = self.declare_parameter('patience', 5.0)
+        self._evaluators = self.declare_parameter(
+            'evaluators',
+            -1,
+            ParameterDescriptor(integer_range=[IntegerRange(from_value=-1, to_value=1024)]),
+        )
+        self._patience = self.declare_parameter(
+            'patience',
+            5.0,
+            ParameterDescriptor(
+                floating_point_range=[FloatingPointRange(from_value=0.1, to_value=86400.0)]
+            ),
+        )
         self._run: Run | None = None
         self._thread: threading.Thread | None = None
         self._server = ActionServer(
@@ -147,11 +159,16 @@ def _read_goal(request: Evolve.Goal) -> Plan:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the executable ``manager``; return its exit code."""
     command_line = list(sys.argv if arguments is None else ['manager', *arguments])
-    rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(command_line)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: stop.set())
-    node = ManagerNode()
+    try:
+        node = ManagerNode()
+    except ParameterException as error:
+        print(f'manager: {error}', file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     while not stop.is_set():
