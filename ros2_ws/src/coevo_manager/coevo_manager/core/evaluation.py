@@ -58,6 +58,11 @@ class Evaluator(Protocol):
         """See the class."""
         ...
 
+    @property
+    def lookahead(self) -> int:
+        """See the class."""
+        ...
+
     def submit(self, batch: Batch) -> int:
         """Take a batch and return its ticket at once."""
         ...

@@ -186,13 +186,19 @@ def evolve(
     records = [Generation(np.empty(len(agents))) for _ in range(phase.generations)]
     reported = 0
     lookahead = evaluator.lookahead
-    running = {evaluator.submit(group.ask(lookahead)): group for group in groups}
+    running: dict[int, _Group] = {}
+
+    def submit(group: _Group) -> None:
+        if (batch := group.ask(lookahead)) is not None:
+            running[evaluator.submit(batch)] = group
+
+    for group in groups:
+        submit(group)
     while running:
         ticket, ticks = next_answer(evaluator, stop)
         group = running.pop(ticket)
         group.tell(ticks, records)
-        if (batch := group.ask(lookahead)) is not None:
-            running[evaluator.submit(batch)] = group
+        submit(group)
         while reported < len(records) and records[reported].agents == len(agents):
             on_generation(records[reported])
             reported += 1
