@@ -397,3 +397,9 @@ def test_wheel_speeds_survive_a_twist(wheels):
     back, limited = wheel_speeds(*body_speeds(wheels))
     assert back.tobytes() == wheels.tobytes() or (back == wheels).all()
     assert not limited
+
+
+@given(*[st.floats(allow_nan=False, allow_infinity=False)] * 2)
+def test_wheel_speeds_stay_within_the_limit_however_absurd_the_command(linear, angular):
+    wheels, _ = wheel_speeds(linear, angular, 10.0)
+    assert (np.abs(wheels) <= 10.0).all()

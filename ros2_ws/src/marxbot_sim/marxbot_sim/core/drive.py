@@ -11,6 +11,9 @@ COMMAND_GRID = 2.0**-16
 speeds in float64 and back without loss."""
 
 
+_ABSURD_SPEED = 1e100  # m/s or rad/s: what is faster overflows in float64 on its way to the wheels
+
+
 def wheel_speeds(linear, angular, limit=math.inf):
     """Return the wheel speeds that move the body as asked.
 
@@ -39,6 +42,7 @@ def wheel_speeds(linear, angular, limit=math.inf):
     """
     if not (math.isfinite(linear) and math.isfinite(angular)):
         raise ValueError(f'speeds are {linear} m/s and {angular} rad/s, expected finite numbers')
+    linear, angular = np.clip((linear, angular), -_ABSURD_SPEED, _ABSURD_SPEED)
     half_turn = angular * WHEEL_SEPARATION / 2
     wheels = np.array([linear - half_turn, linear + half_turn]) / WHEEL_RADIUS
     fastest = np.abs(wheels).max()
