@@ -26,7 +26,7 @@ def toy(tmp_path_factory):
     folder = tmp_path_factory.mktemp('toy')
     with ros_environment() as env, process_starter(env, folder) as start:
         run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '1', '--out', folder / 'a'])
-        assert run.wait(60) == 0, run.stderr_text
+        assert run.wait(100) == 0, run.stderr_text
     return read_files(folder / 'a')
 
 
@@ -60,6 +60,7 @@ def test_a_run_is_the_same_on_three_evaluators(start, tmp_path, toy):
     assert read_files(tmp_path / 'b') == toy
 
 
+@pytest.mark.timeout(180)
 def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, toy):
     out = tmp_path / 'c'
     run = start(
