@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from statsmodels.stats.multitest import multipletests
 
 from coevo_manager.analysis import statistics
 
@@ -37,6 +38,12 @@ def test_holm_by_hand():
     corrected = statistics.holm([0.04, 0.01, np.nan, 0.02])
     assert corrected[[0, 1, 3]] == pytest.approx([0.04, 0.03, 0.04])
     assert np.isnan(corrected[2])
+
+
+def test_holm_against_statsmodels():
+    p = np.random.default_rng(4).random((4, 7)) ** 3
+    for family in p:
+        assert statistics.holm(family) == pytest.approx(multipletests(family, method='holm')[1])
 
 
 def test_equal_samples_are_no_evidence():

@@ -105,6 +105,7 @@ def draw_panel(axes, panel: Panel) -> dict:
     axes.set_title(panel.title, loc='left')
     if panel.categories is not None:
         axes.set_xticks(range(len(panel.categories)), panel.categories)
+        axes.set_xlim(-0.5, len(panel.categories) - 0.5)
         axes.grid(axis='x', visible=False)
     elif not bars and not any(isinstance(mark, Heat) for mark in panel.marks):
         axes.xaxis.set_major_locator(MaxNLocator(5))

@@ -8,7 +8,7 @@ from coevo_manager.analysis import measures, statistics
 from coevo_manager.analysis.charts import COLOURS, Bars, Chart, Heat, Line, Panel
 from coevo_manager.analysis.cross import paper_cross_values
 from coevo_manager.analysis.figures_complexity import complexity_figure, correlation_figure
-from coevo_manager.analysis.marks import INTERVAL, in_rows, slug_of, species_line
+from coevo_manager.analysis.marks import INTERVAL, compact, in_rows, slug_of, species_line
 from coevo_manager.analysis.measures import PLURAL, SPECIES, performance
 from coevo_manager.analysis.study import OTHER, Replications, Study
 
@@ -24,7 +24,8 @@ def paper_figures(study: Study) -> Iterator[Chart]:
         yield _tournament(f'master_tournament_{slug}', arena, members, study)
         yield _ciao(f'ciao_{slug}', arena, members, study)
         yield _progress(f'progress_{slug}', arena, members, study)
-        yield _cross(f'cross_experiment_{slug}', arena, members, study)
+        if len(members) > 1:
+            yield _cross(f'cross_experiment_{slug}', arena, members, study)
         yield complexity_figure(f'complexity_{slug}', arena, members, study)
         yield correlation_figure(f'complexity_correlation_{slug}', arena, members, study)
     yield from _obstacle(study)
@@ -110,7 +111,7 @@ def _tournament(name: str, arena: str, members: list[Replications], study: Study
         "(columns), all against all (Figs. 3 and 8); the prey's is 1 minus it. Progress of "
         'predators: '
         'brighter upwards along a column. Progress of prey: darker rightwards along a row.',
-        rows if several else rows[:1],
+        compact(rows if several else rows[:1]),
         height=2.5,
     )
 
@@ -155,7 +156,7 @@ def _progress(name: str, arena: str, members: list[Replications], study: Study) 
             final.append(species_line(x, own[:, :, -1], species))
         rows[0].append(
             Panel(
-                each.condition.name,
+                f'{each.condition.name}: historical',
                 'Generation of opponents',
                 'Fitness of last agents',
                 historical,
@@ -164,7 +165,7 @@ def _progress(name: str, arena: str, members: list[Replications], study: Study) 
         )
         rows[1].append(
             Panel(
-                each.condition.name,
+                f'{each.condition.name}: global',
                 'Generation of agents',
                 'Fitness vs last opponents',
                 final,
@@ -174,11 +175,11 @@ def _progress(name: str, arena: str, members: list[Replications], study: Study) 
     return Chart(
         name,
         f'Historical and global progress, {arena}',
-        'Above: the last generation against opponents of every generation; historical progress '
-        'is a curve that falls to the right. Below: every generation against the last opponents; '
+        'First: the last generation against opponents of every generation; historical progress '
+        'is a curve that falls to the right. Second: every generation against the last opponents; '
         'global '
         f'progress is a curve that rises to the right. {INTERVAL}',
-        rows,
+        compact(rows),
         height=1.9,
     )
 

@@ -83,7 +83,9 @@ def _add_axes(layout: dict, panel: Panel, end: str, left, bottom, width, depth) 
         x |= {'type': 'category', 'nticks': 6}
         y |= {'type': 'category', 'nticks': 6}
     if panel.categories is not None:
-        x |= {'tickvals': list(range(len(panel.categories))), 'ticktext': list(panel.categories)}
+        count = len(panel.categories)
+        x |= {'tickvals': list(range(count)), 'ticktext': list(panel.categories)}
+        x['range'] = [-0.5, count - 0.5]
     layout[f'xaxis{end}'], layout[f'yaxis{end}'] = x, y
     layout['annotations'].append(
         {

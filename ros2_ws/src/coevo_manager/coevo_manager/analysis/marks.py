@@ -59,3 +59,8 @@ def condition_line(x, values, each: Replications, members: list[Replications]) -
 def in_rows(panels: list[Panel], columns: int = 3) -> list[list[Panel]]:
     """Lay panels out in rows."""
     return [panels[start : start + columns] for start in range(0, len(panels), columns)]
+
+
+def compact(rows: list[list[Panel]]) -> list[list[Panel]]:
+    """Lay rows of one panel side by side."""
+    return in_rows([row[0] for row in rows]) if all(len(row) == 1 for row in rows) else rows
