@@ -28,8 +28,8 @@ _INFINITE = QosTime(2147483647, 4294967295)
 class BagWriter:
     """A bag that appears under its name when it is complete, and not before.
 
-    Messages are filed under simulated time: that of their header, or else of the last clock
-    message.
+    Messages are filed under simulated time: that of their header, or else, and for diagnostics,
+    which tell of real time, that of the last clock message.
     To be used as a context manager; an exception leaves no bag.
 
     Parameters
@@ -88,7 +88,9 @@ class BagWriter:
         connection = self._writer.add_connection(
             topic, type_name, typestore=self._types, offered_qos_profiles=[_bag_qos(qos)]
         )
-        stamped = type_name == _CLOCK or has_header(message_class(type_name))
+        of_real_time = type_name.startswith('diagnostic_msgs/')
+        with_header = has_header(message_class(type_name)) and not of_real_time
+        stamped = type_name == _CLOCK or with_header
         self._connections[topic] = connection, stamped, type_name == _CLOCK
 
     def write(self, topic, data):

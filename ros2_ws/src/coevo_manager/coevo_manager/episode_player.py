@@ -170,7 +170,6 @@ class EpisodePlayer:
                 {
                     'trigger': 'sensors',
                     'stamped_cmd_vel': True,
-                    'use_sim_time': True,
                     'sensor_timeout': TICK_TIMEOUT,
                     'max_wheel_speed': speed,
                     'motor_map': environment.motor_map,

@@ -86,6 +86,7 @@ class ControllerNode(LifecycleNode):
         self._complaints = Complaints(self.get_logger())
         self._active = False
         self._steps = 0
+        self._answered_stamp = None
         self._trouble = ''
         self._refused = ''
 
@@ -257,7 +258,7 @@ class ControllerNode(LifecycleNode):
         if self._active:
             self._active = False
             self._pilot.stop()
-            self._publish_command(self.get_clock().now().to_msg())
+            self._publish_command(self._stamp())
 
     def _close(self):
         for subscription in self._sensor_subscriptions:
@@ -270,6 +271,10 @@ class ControllerNode(LifecycleNode):
 
     def _now(self):
         return self._step_clock.now().nanoseconds * 1e-9
+
+    def _stamp(self):
+        """Return the time for a message: where sensors trigger, that of the last answered set."""
+        return self._answered_stamp or self.get_clock().now().to_msg()
 
     def _begin(self):
         """Start an episode."""
@@ -304,6 +309,7 @@ class ControllerNode(LifecycleNode):
         if self._on_sensors:
             stamp = self._sensors.common_stamp()
             if stamp is not None:
+                self._answered_stamp = stamp
                 self._trouble = ''
                 self._pilot.answer((stamp.sec, stamp.nanosec), self._sensors.readings)
                 self._publish_command(stamp)
@@ -322,7 +328,7 @@ class ControllerNode(LifecycleNode):
                 self.get_logger().info('goes on: all sensors are back')
             self._trouble = ''
             self._pilot.step(self._sensors.readings)
-            self._publish_command(self.get_clock().now().to_msg())
+            self._publish_command(self._stamp())
 
     def _stop_without(self, silent):
         """Stop the robot and say which sensors are missing; on the timer again and again."""
@@ -333,7 +339,7 @@ class ControllerNode(LifecycleNode):
         self._complaints.warn(f'robot stopped: {self._trouble}')
         if first or not self._on_sensors:
             self._pilot.stop()
-            self._publish_command(self.get_clock().now().to_msg())
+            self._publish_command(self._stamp())
 
     def _publish_command(self, stamp):
         message = self._message
@@ -355,7 +361,7 @@ class ControllerNode(LifecycleNode):
         if self._active and self._trouble:
             level, text = DiagnosticStatus.ERROR, f'robot stopped: {self._trouble}'
         report = DiagnosticArray()
-        report.header.stamp = self.get_clock().now().to_msg()
+        report.header.stamp = self._stamp()
         report.status = [
             DiagnosticStatus(
                 level=level,
