@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from analysis_runs import complexity_of_wheels
 
 from coevo_manager.analysis import beyond, measures, progress, statistics
 from coevo_manager.analysis.measures import performance
@@ -110,7 +111,7 @@ def test_rate_is_gain_over_earlier_opponents_a_thousand_generations():
 
 def test_complexity_by_hand():
     # From rest: tv 0 -> 2 -> 2, rv 0 -> 1 -> -1: |2| + |1| + |0| + |-2| = 5, over 2 * 2 ticks.
-    assert measures.complexity_of_wheels([[1, 3], [3, 1]]) == pytest.approx(5 / 4)
+    assert complexity_of_wheels([[1, 3], [3, 1]]) == pytest.approx(5 / 4)
 
 
 def test_representative_behaviours_are_ranked():

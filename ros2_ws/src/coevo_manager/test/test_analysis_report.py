@@ -8,7 +8,7 @@ import zlib
 import numpy as np
 import pandas as pd
 import pytest
-from analysis_runs import make_run
+from analysis_runs import complexity_of_wheels, make_run
 
 from coevo_manager import analyze
 from coevo_manager.analysis import measures
@@ -80,7 +80,7 @@ def test_complexity_is_that_of_the_recorded_wheels(runs, out):
     trace = trace_pair(snapshot.predators[2], snapshot.prey[5], run.environment)
     _, complexity = measure_pairs(snapshot.predators, snapshot.prey, [2], [5], run.environment)
     for robot in (0, 1):
-        expected = measures.complexity_of_wheels(trace.wheels[:, robot])
+        expected = complexity_of_wheels(trace.wheels[:, robot])
         assert complexity[0, robot] == pytest.approx(expected, rel=1e-4)
     index = np.indices((8, 8)).reshape(2, -1)
     _, every = measure_pairs(snapshot.predators, snapshot.prey, *index, run.environment)
@@ -103,7 +103,9 @@ def test_cross_experiment_sets_last_generations_against_each_other(runs, out):
 
 
 def test_runs_reproduce_and_single_replications_claim_nothing(out):
-    assert table(out, 'runs')['reproduced'].all()
+    runs = table(out, 'runs')
+    assert runs['reproduced'].all()
+    assert runs['evolved_with'].str.contains('numba').all()
     verdicts = table(out, 'verdicts').set_index('condition')
     assert set(verdicts.loc['Simplified', 'verdict']) == {'cannot be claimed'}
     assert 'cannot be claimed' not in set(verdicts.loc['Standard', 'verdict'])
@@ -159,8 +161,8 @@ def test_a_second_analysis_plays_only_what_is_new(runs, out, tmp_path):
     found = found[found.arena == 'arena with obstacle'].predator_fitness.to_numpy()
     assert study.conditions[0].tournament.ravel() == pytest.approx(found, rel=1e-5)
     newcomer = make_run(tmp_path / 'new', environment='obstacle', seed=7)
-    # Its own tournament, and with each of the two others both cross cells and held-out games; fewer
-    # where a species did not evolve between two snapshots, whose content is then the same.
+    # Its own tournament, and with each of the two others both cross cells and held-out games;
+    # fewer where a species did not evolve between two snapshots, whose content is then the same.
     most = 64 * (25 + 2 * 2) + 24 * 5 * 2 * 2 * 2
     assert most / 4 < measure([*runs[4:], newcomer]).played <= most
     assert measure([newcomer, *runs[4:]]).played == 0

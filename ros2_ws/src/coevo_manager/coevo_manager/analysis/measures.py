@@ -130,19 +130,6 @@ def normalised(curve):
     return (curve - curve.min()) / extent if extent > 0 else np.zeros_like(curve)
 
 
-def complexity_of_wheels(wheels):
-    """Behavioural complexity c (section 4) of desired wheel speeds (s, 2): left, right, rad/s.
-
-    With tv = (left + right) / 2 and rv = (right - left) / 2, c is the sum over the s ticks of
-    |change of tv| + |change of rv|, starting from rest, over 2 s. Unit: rad/s a tick.
-    """
-    wheels = np.vstack([np.zeros((1, 2)), np.asarray(wheels, float)])
-    translation = (wheels[:, 0] + wheels[:, 1]) / 2
-    rotation = (wheels[:, 1] - wheels[:, 0]) / 2
-    steps = len(wheels) - 1
-    return float((np.abs(np.diff(translation)) + np.abs(np.diff(rotation))).sum() / (2 * steps))
-
-
 def representative(complexity):
     """Episodes at the 0th, 25th, 50th, 75th and 100th percentile of complexity (Fig. 5).
 

@@ -1,5 +1,6 @@
 """Read run folders and group them: replications of conditions, conditions within environments."""
 
+import json
 import re
 import zipfile
 from collections.abc import Sequence
@@ -110,6 +111,12 @@ class Run:
     def environment(self) -> Environment:
         """Where its episodes are played."""
         return self.configuration.make_environment()
+
+    @cached_property
+    def versions(self) -> str:
+        """What it was evolved with, as its run.json tells."""
+        content = json.loads((self.folder / 'run.json').read_text('utf-8'))
+        return ', '.join(f'{name} {value}' for name, value in content.get('versions', {}).items())
 
     def snapshot(self, generation: int) -> Snapshot:
         """Read and check one snapshot.

@@ -35,6 +35,7 @@ def runs(study: Study) -> pd.DataFrame:
                     'episodes': int(cost['episodes']),
                     'ticks': int(cost['ticks']),
                     'reproduced': reproduced,
+                    'evolved_with': run.versions,
                 }
             )
     return pd.DataFrame(rows)
