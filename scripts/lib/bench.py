@@ -21,6 +21,7 @@ from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.core.evaluation import LocalEvaluator
 from coevo_manager.core.evolution import Evolution
+from coevo_manager.episode_player import lockstep_rate
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 
@@ -169,6 +170,12 @@ class Bench:
             cold = _seconds(command, {'NUMBA_CACHE_DIR': cache})
         self.report('start that compiles the kernel', [cold], 's')
 
+    def lockstep(self):
+        """A simulator and two controllers, three processes, over topics; real time makes 10."""
+        environment = Environment(episode_ticks=300 if self.quick else 3000)
+        values = sorted(lockstep_rate(environment) for _ in range(self.runs))
+        self.report('lockstep over topics', values, 'ticks/s')
+
     def pymunk(self):
         """Imperfect robots, and rigid bodies, against the kernel; one core."""
         kernel = self.play('evolved', 'open')
@@ -225,6 +232,7 @@ SECTIONS = {
     'batch': Bench.batch,
     'services': Bench.services,
     'start': Bench.start,
+    'lockstep': Bench.lockstep,
     'pymunk': Bench.pymunk,
 }
 
