@@ -1,0 +1,89 @@
+"""How processes begin and end: exit codes, signals, children, and warnings that do not flood."""
+
+import signal
+import sys
+
+import psutil
+import pytest
+from ros_processes import wait_until
+
+from node_runner import Complaints
+
+PROGRAM = """
+import sys
+from node_runner import make_executor, run_node, run_ros, wait_until
+from node_runner.children import Children
+from rclpy.node import Node
+
+def work():
+    {body}
+
+sys.exit(run_ros(work))
+"""
+
+
+def program(body):
+    return [sys.executable, '-c', PROGRAM.format(body=body)]
+
+
+@pytest.mark.parametrize(
+    ('body', 'code', 'sentence'),
+    [
+        ('return 0', 0, ''),
+        ("raise ValueError('x is 1, expected 2')", 2, 'error: x is 1, expected 2'),
+        ("raise RuntimeError('it broke')", 1, 'error: it broke'),
+        (
+            "wait_until(make_executor(Node('n')), lambda: False, 0.2, 'rain')",
+            1,
+            'error: rain did not happen within 0.2 s',
+        ),
+    ],
+)
+def test_exit_codes_and_sentences(start, body, code, sentence):
+    process = start(program(body))
+    assert process.wait(30) == code
+    assert process.stderr_text.strip() == sentence
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_wait_with_exit_code_0(start, number):
+    body = "print('up', flush=True); wait_until(make_executor(Node('n')), lambda: 0, 60, 'rain')"
+    process = start(program(body))
+    process.wait_for_output('up')
+    process.send_signal(number)
+    assert process.wait(10) == 0
+    assert process.stderr_text == ''
+
+
+def test_children_end_with_a_killed_parent(start):
+    body = (
+        "children = Children(); children.start('neuro_controller', 'genome_server'); "
+        "wait_until(make_executor(Node('n')), lambda: 0, 60, 'rain')"
+    )
+    process = start(program(body))
+    parent = psutil.Process(process.pid)
+    wait_until(parent.children, 'the child', 30)
+    (child,) = parent.children()
+    process.kill()
+    wait_until(
+        lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE, 'its end', 20
+    )
+
+
+def test_a_complaint_is_not_repeated_but_another_is_heard(monkeypatch):
+    class Logger:
+        def __init__(self):
+            self.texts = []
+
+        def warning(self, text):
+            self.texts.append(text)
+
+    now = [100.0]
+    monkeypatch.setattr('node_runner.complaints.time.monotonic', lambda: now[0])
+    logger = Logger()
+    complaints = Complaints(logger)
+    for text in ('prey stopped: 1 s', 'prey stopped: 2 s', 'predator stopped: 2 s'):
+        complaints.warn(text)
+    now[0] += 5.0
+    complaints.warn('prey stopped: 7 s')
+    assert logger.texts == ['prey stopped: 1 s', 'predator stopped: 2 s', 'prey stopped: 7 s']
