@@ -15,7 +15,6 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from coevo_manager.analysis.measures import complexity_of_wheels
 from coevo_manager.bag import BagWriter
 from coevo_manager.episode_player import EpisodePlayer
 from coevo_manager.evaluation_messages import to_environment
@@ -99,10 +98,21 @@ class EpisodesNode(Node):
             result.prey_fitness = episode.ticks / environment.episode_ticks
             result.predator_fitness = 1 - result.prey_fitness
             result.predator_complexity, result.prey_complexity = (
-                complexity_of_wheels(episode.wheels[:, robot]) for robot in range(2)
+                _complexity(episode.wheels[:, robot]) for robot in range(2)
             )
         finally:
             done.set_result(None)
+
+
+def _complexity(wheels):
+    """Return the complexity (paper section 4) of wheel speeds, (ticks, 2), in rad/s a tick.
+
+    The sum of |change of (left + right) / 2| + |change of (right - left) / 2| over the ticks, from
+    rest, over twice their number.
+    """
+    left, right = np.vstack([np.zeros(2), wheels]).T
+    change = np.abs(np.diff(left + right)) + np.abs(np.diff(right - left))
+    return float(change.sum() / 2 / (2 * len(wheels)))
 
 
 def main(arguments=None):
