@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -55,11 +56,22 @@ class RosClient:
         """Call a service, with a request or the fields of one, and return its response."""
         if name not in self._clients:
             self._clients[name] = self.node.create_client(service_type, name)
+            self.until(self._clients[name].service_is_ready, f'the service {name}')
+            self._settle()
         client = self._clients[name]
         self.until(client.service_is_ready, f'the service {name}')
         future: Future = client.call_async(request or service_type.Request(**fields))
         self.until(future.done, f'an answer of {name}')
         return future.result()
+
+    def _settle(self) -> None:
+        """Spin for a moment in which a server just found discovers this client, too.
+
+        An answer sent before that is lost, and nothing tells when it is safe.
+        """
+        end = time.monotonic() + 0.3
+        while time.monotonic() < end:
+            self.executor.spin_once(timeout_sec=0.05)
 
 
 @contextlib.contextmanager
