@@ -151,10 +151,16 @@ def _command(arguments: Sequence[str | Path]) -> list[str | Path]:
 
 
 def _clean_shared_memory() -> None:
-    """Remove the shared memory of participants that were killed; living ones keep theirs."""
-    subprocess.run(
-        [ROOT / '.venv' / 'bin' / 'fastdds', 'shm', 'clean'],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        check=True,
-    )
+    """Remove the shared memory of participants that were killed; living ones keep theirs.
+
+    One at a time: it tries the lock of each segment, and takes one that another is trying for
+    that of a living participant.
+    """
+    with Path(tempfile.gettempdir(), f'red_queen_shm_clean_{os.getuid()}').open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run(
+            [ROOT / '.venv' / 'bin' / 'fastdds', 'shm', 'clean'],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            check=True,
+        )
