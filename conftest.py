@@ -1,7 +1,7 @@
-"""Fixtures that every test may use."""
+"""Fixtures that every test may use, and what is done when all have ended."""
 
 import pytest
-from ros_processes import process_starter, ros_environment
+from ros_processes import clean_shared_memory, process_starter, ros_environment
 
 
 @pytest.fixture
@@ -19,3 +19,9 @@ def start(ros_env, tmp_path):
     """
     with process_starter(ros_env, tmp_path) as starter:
         yield starter
+
+
+def pytest_sessionfinish(session):
+    """Remove what killed participants left in shared memory, once all workers are done."""
+    if not hasattr(session.config, 'workerinput'):
+        clean_shared_memory()

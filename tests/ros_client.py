@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -12,7 +11,7 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from node_runner import make_executor, wait_until
+from node_runner import make_executor, settle, wait_until
 
 TIMEOUT = 40.0
 """How long anything may take, s; the first time, a process compiles its kernels."""
@@ -39,6 +38,11 @@ class RosClient:
         except TimeoutError as error:
             raise AssertionError(str(error)) from None
 
+    def until_ready(self, ready: Callable[[], object], what: str) -> None:
+        """Spin until a server is there and knows this client."""
+        self.until(ready, what)
+        settle(self.executor)
+
     def publisher(self, message_type: type, topic: str, qos: QoSProfile | int = 10):
         """Return a publisher that somebody listens to."""
         publisher = self.node.create_publisher(message_type, topic, qos)
@@ -56,22 +60,12 @@ class RosClient:
         """Call a service, with a request or the fields of one, and return its response."""
         if name not in self._clients:
             self._clients[name] = self.node.create_client(service_type, name)
-            self.until(self._clients[name].service_is_ready, f'the service {name}')
-            self._settle()
+            self.until_ready(self._clients[name].service_is_ready, f'the service {name}')
         client = self._clients[name]
         self.until(client.service_is_ready, f'the service {name}')
         future: Future = client.call_async(request or service_type.Request(**fields))
         self.until(future.done, f'an answer of {name}')
         return future.result()
-
-    def _settle(self) -> None:
-        """Spin for a moment in which a server just found discovers this client, too.
-
-        An answer sent before that is lost, and nothing tells when it is safe.
-        """
-        end = time.monotonic() + 0.3
-        while time.monotonic() < end:
-            self.executor.spin_once(timeout_sec=0.05)
 
 
 @contextlib.contextmanager

@@ -138,8 +138,6 @@ def process_starter(env: Mapping[str, str], folder: Path) -> Iterator[Callable[.
     finally:
         for process in reversed(started):
             process.end()
-        if any(process.returncode == -signal.SIGKILL for process in started):
-            _clean_shared_memory()
 
 
 def _command(arguments: Sequence[str | Path]) -> list[str | Path]:
@@ -150,17 +148,20 @@ def _command(arguments: Sequence[str | Path]) -> list[str | Path]:
     return [install / 'lib' / package / rest[0], *rest[1:]]
 
 
-def _clean_shared_memory() -> None:
+def clean_shared_memory() -> None:
     """Remove the shared memory of participants that were killed; living ones keep theirs.
 
-    One at a time: it tries the lock of each segment, and takes one that another is trying for
-    that of a living participant.
+    Only while no participant starts: the tool may take a port that one is about to open, of any
+    domain, for that of a dead one. It knows ports by their locks; those that lost theirs are
+    removed here.
     """
-    with Path(tempfile.gettempdir(), f'red_queen_shm_clean_{os.getuid()}').open('w') as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        subprocess.run(
-            [ROOT / '.venv' / 'bin' / 'fastdds', 'shm', 'clean'],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            check=True,
-        )
+    subprocess.run(
+        [ROOT / '.venv' / 'bin' / 'fastdds', 'shm', 'clean'],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        check=True,
+    )
+    for port in Path('/dev/shm').glob('fastrtps_port*[0-9]'):
+        if not any(Path(f'{port}_{lock}').exists() for lock in ('el', 'sl')):
+            port.unlink(missing_ok=True)
+            Path('/dev/shm', f'sem.{port.name}_mutex').unlink(missing_ok=True)

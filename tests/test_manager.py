@@ -12,6 +12,8 @@ from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from ros_processes import process_starter, ros_environment
 
+from node_runner import settle
+
 TOY = {'population': 8, 'selected': 4, 'generations': 5, 'episode_ticks': 200}
 
 
@@ -26,6 +28,7 @@ def manager(tmp_path_factory):
         asker = Asker(context)
         try:
             assert asker.client.wait_for_server(60)
+            settle(asker.executor)
             yield asker
             process.terminate()
             assert process.wait(10) == 0

@@ -264,7 +264,7 @@ def test_exported_parameters_drive_a_controller_as_they_are(starter, client, tmp
 def test_the_action_plays_cancels_and_refuses(starter, client, tmp_path):
     process = starter(['coevo_manager', 'episodes'])
     action = ActionClient(client.node, RunEpisode, 'run_episode')
-    client.until(action.server_is_ready, 'the action server')
+    client.until_ready(action.server_is_ready, 'the action server')
     feedback = []
 
     def send(ticks, **changes):

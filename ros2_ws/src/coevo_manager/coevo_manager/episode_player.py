@@ -24,7 +24,7 @@ from marxbot_sim.core.drive import wheel_speeds
 from marxbot_sim.core.parameters import TICK
 from marxbot_sim.core.simulation import ROBOTS
 from neuro_controller.core.genome import GENE_RANGE, GENES, OUTPUT_BIASES
-from node_runner import call, make_executor, wait_until
+from node_runner import make_executor, settle, wait_until
 from node_runner.children import Children
 
 START_TIMEOUT = 60.0
@@ -121,6 +121,7 @@ class EpisodePlayer:
         try:
             self._start_processes()
             self._make_clients()
+            self._wait_for_servers()
             self._recorder = None
         except BaseException:
             self.__exit__()
@@ -196,9 +197,10 @@ class EpisodePlayer:
     def _wait(self, condition, timeout, what):
         wait_until(self._executor, lambda: self._check_processes() and condition(), timeout, what)
 
-    def _call(self, client, request, timeout=START_TIMEOUT):
-        self._wait(client.service_is_ready, timeout, f'the start of {client.srv_name}')
-        return call(self._executor, client, request, timeout)
+    def _call(self, client, request):
+        future = client.call_async(request)
+        self._wait(future.done, START_TIMEOUT, f'an answer of {client.srv_name}')
+        return future.result()
 
     def _make_clients(self):
         def client(service_type, name):
@@ -212,6 +214,11 @@ class EpisodePlayer:
         self._states = [
             client(ChangeState, f'{robot}/controller/change_state') for robot in ROBOTS
         ]
+
+    def _wait_for_servers(self):
+        for client in (self._reset, self._step, *self._parameters, *self._states):
+            self._wait(client.service_is_ready, START_TIMEOUT, f'the start of {client.srv_name}')
+        settle(self._executor)
 
     # Episodes
 

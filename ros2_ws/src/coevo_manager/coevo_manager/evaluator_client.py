@@ -71,6 +71,8 @@ class EvaluatorClient:
         It has proved that it plays episodes as the others do.
     restarted : bool
         It takes the place of one that failed.
+    next_trial : float
+        When it is asked to prove itself, by the monotonic clock, s.
     """
 
     def __init__(
@@ -85,6 +87,7 @@ class EvaluatorClient:
         self.process = process
         self.admitted = False
         self.restarted = False
+        self.next_trial = 0.0
         self.in_flight: dict[int, Part] = {}
         self._node = node
         self._environment = environment
@@ -116,6 +119,11 @@ class EvaluatorClient:
     def gone(self) -> bool:
         """Whether the service was there and is no more."""
         return self._seen and not self.present()
+
+    def admit(self) -> None:
+        """Give it work from now on; what it was asked before need not be answered."""
+        self.admitted = True
+        self.in_flight = {}
 
     def send(self, part: Part) -> None:
         """Ask for a part."""

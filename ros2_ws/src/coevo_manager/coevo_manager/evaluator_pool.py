@@ -45,6 +45,10 @@ LONGEST_PAUSE = 10.0
 TRIAL = 0
 """Ticket of the episodes that an evaluator plays before it is admitted."""
 
+TRIAL_PERIOD = 2.0
+"""How often an evaluator is asked for them, s: its first answer is lost where it has not yet
+discovered who asks."""
+
 
 class EvaluationError(Exception):
     """No evaluator can play the episodes; one sentence that says why."""
@@ -227,10 +231,12 @@ class RosEvaluator:
 
     def _judge(self, client: EvaluatorClient, message: str, ticks: np.ndarray) -> None:
         """Admit an evaluator that has played the trial as the first one did."""
+        if client.admitted:
+            return
         if self._trial_ticks is None and len(ticks):
             self._trial_ticks = ticks
         if self._trial_ticks is not None and np.array_equal(ticks, self._trial_ticks):
-            client.admitted = True
+            client.admit()
             self._failures = 0
             if self._alone or client.process is None or client.restarted:
                 self._log(f'evaluator {client.service} joined')
@@ -264,7 +270,8 @@ class RosEvaluator:
                     self._give_away(client, 'is late')
             elif client.gone():
                 self._drop(client, 'is gone')
-            elif client.on_trial and not client.in_flight and client.present():
+            elif client.on_trial and now >= client.next_trial and client.present():
+                client.next_trial = now + TRIAL_PERIOD
                 client.send(self._trial)
         own = sum(client.process is not None for client in self._clients)
         while own < self._own and now >= self._next_start:

@@ -105,7 +105,7 @@ class Status:
     stats : GenerationStats or PhaseStats
         What was completed last.
     ticks_per_second : float
-        Simulated lately.
+        Simulated lately; 0 in the first `STATUS_PERIOD`.
     seconds_left : float
         Wall-clock time to the end at this pace; NaN while nothing is known of it.
     """

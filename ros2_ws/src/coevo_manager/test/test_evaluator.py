@@ -18,6 +18,7 @@ from coevo_manager.evaluation_messages import (
     to_sequence,
 )
 from neuro_controller.core.genome import random_genomes
+from node_runner import settle
 
 RNG = np.random.default_rng(3)
 PREDATORS, PREY = random_genomes(5, RNG), random_genomes(7, RNG)
@@ -51,6 +52,7 @@ def asker(tmp_path_factory):
 
         try:
             assert client.wait_for_service(60)
+            settle(executor)
             yield ask
         finally:
             executor.shutdown()

@@ -5,11 +5,13 @@ from rclpy.clock import Clock, ClockType
 from rclpy.parameter import parameter_value_to_python
 
 RETRY_PERIOD = 0.2
-"""Time between two looks for the server, s (real time)."""
+"""Time between two questions, s (real time)."""
 
 
 class GenomeClient:
-    """Asks a node for one of its parameters as soon as it is there, once.
+    """Asks a node for one of its parameters, again and again until it has answered once.
+
+    The answer of a server that has not discovered its client yet is lost.
 
     Parameters
     ----------
@@ -43,11 +45,13 @@ class GenomeClient:
         if not self._client.service_is_ready():
             self._node.get_logger().info(f'waits for {self._server}', once=True)
             return
-        self._timer.cancel()
         future = self._client.call_async(GetParameters.Request(names=[self._champion]))
         future.add_done_callback(self._take)
 
     def _take(self, future):
+        if self._timer.is_canceled():
+            return
+        self._timer.cancel()
         values = future.result().values
         genome = parameter_value_to_python(values[0]) if values else None
         if genome is None:

@@ -6,14 +6,14 @@ single-threaded executor is 1.6 times slower in lockstep than the events executo
 """
 
 from node_runner.complaints import Complaints
-from node_runner.runner import call, make_executor, run_node, run_ros, stop_requested, wait_until
+from node_runner.runner import make_executor, run_node, run_ros, settle, stop_requested, wait_until
 
 __all__ = [
     'Complaints',
-    'call',
     'make_executor',
     'run_node',
     'run_ros',
+    'settle',
     'stop_requested',
     'wait_until',
 ]

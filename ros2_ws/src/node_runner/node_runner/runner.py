@@ -5,9 +5,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 
 import rclpy
-from rclpy.client import Client
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
@@ -16,6 +16,9 @@ from rclpy.signals import SignalHandlerOptions
 
 SPIN_TIMEOUT = 0.1
 """Longest wait of one turn of the loop, s: a signal is honoured within this time."""
+
+SETTLING_TIME = 0.3
+"""How long `settle` waits, s."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -36,8 +39,8 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     work
-        Returns an exit code. It waits by `wait_until` or `call`, which raise `KeyboardInterrupt`
-        when a signal came. `ValueError` is bad input, `RuntimeError` and `TimeoutError` are
+        Returns an exit code. It waits by `wait_until`, which raises `KeyboardInterrupt` when a
+        signal came. `ValueError` is bad input, `RuntimeError` and `TimeoutError` are
         failures: their text is printed on stderr.
     args
         Command line with the ``--ros-args``; None takes ``sys.argv``.
@@ -116,15 +119,17 @@ def wait_until(executor: Executor, condition: Callable[[], bool], timeout: float
         executor.spin_once(timeout_sec=min(remaining, SPIN_TIMEOUT))
 
 
-def call(executor: Executor, client: Client, request, timeout: float = 10.0):
-    """Call a service, waiting first for its server, and return the response.
+def settle(executor: Executor) -> None:
+    """Spin for a moment in which servers that were just found discover this side's clients.
+
+    To be called before the first request to a service or action: the answer of a server that has
+    not matched the client's reader is lost (Fast DDS waits 0.1 s for it), and no interface tells
+    when it has.
 
     Raises
     ------
-    TimeoutError
-        No server, or no answer, within `timeout` seconds each.
+    KeyboardInterrupt
+        A signal asked the process to end.
     """
-    wait_until(executor, client.service_is_ready, timeout, f'the start of {client.srv_name}')
-    future = client.call_async(request)
-    wait_until(executor, future.done, timeout, f'an answer of {client.srv_name}')
-    return future.result()
+    with suppress(TimeoutError):
+        wait_until(executor, lambda: False, SETTLING_TIME, 'discovery')
