@@ -14,22 +14,46 @@ import rclpy
 
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import evaluate_pairs
-from coevo_manager.core.evaluation import Batch, Evaluator, LocalEvaluator, evaluate_all
+from coevo_manager.core.evaluation import (
+    Batch,
+    Evaluator,
+    Lineage,
+    LocalEvaluator,
+    all_pairs,
+    evaluate_all,
+)
 from coevo_manager.core.evolution import Evolution, PhaseStats
 from coevo_manager.evaluator_pool import RosEvaluator
 from neuro_controller.core.genome import GENES
 
 
 class _Recorder(LocalEvaluator):
-    """Keeps every batch."""
+    """Keeps every episode that was played, as batches, by phase."""
 
     def __init__(self, environment, threads: int) -> None:
         super().__init__(environment, threads)
-        self.batches: list[Batch] = []
+        self.phases: list[list[Batch]] = []
+        self._batches: list[Batch] = []
+        self._works: dict[int, Batch | Lineage] = {}
 
-    def submit(self, batch: Batch) -> int:
-        self.batches.append(batch)
-        return super().submit(batch)
+    def submit(self, work: Batch | Lineage) -> int:
+        ticket = super().submit(work)
+        self._works[ticket] = work
+        return ticket
+
+    def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
+        answer = super().collect(timeout)
+        if answer is not None:
+            work = self._works.pop(answer[0])
+            if isinstance(work, Lineage):
+                work = all_pairs(work.species, _offspring(work, answer[1]), work.opponents)
+            self._batches.append(work)
+        return answer
+
+    def end_phase(self) -> None:
+        """Take what was played since the last call for a phase."""
+        self.phases.append(self._batches)
+        self._batches = []
 
 
 def measure_loop(
@@ -51,9 +75,8 @@ def measure_loop(
     Returns
     -------
     dict
-        ``loop`` and ``kernel``: ticks/s of each repeat, episodes played in vain not counted;
-        ``ratio``: of each pair; ``generation``: wall-clock time of one in the loop, s;
-        ``episode``: mean length, ticks.
+        ``loop`` and ``kernel``: ticks/s of each repeat; ``ratio``: of each pair;
+        ``generation``: wall-clock time of one in the loop, s; ``episode``: mean length, ticks.
     """
     # One phase more, untimed: the first one after a run is resumed.
     configuration = load_configuration({'phases': warm_up + 1 + phases}, 'paper')
@@ -65,10 +88,8 @@ def measure_loop(
         start = Path(folder, 'start')
         _run_phases(configuration, LocalEvaluator(environment, evaluators), start, warm_up)
         recorder = _Recorder(environment, evaluators)
-        _go_on(start, recorder, recorder.batches.clear)
-        episodes = _concatenate(
-            [batch for batch in recorder.batches if len(batch) < configuration.population**2]
-        )
+        _go_on(start, recorder, recorder.end_phase)
+        episodes = _concatenate([batch for phase in recorder.phases[1:] for batch in phase])
         rclpy.init()
         node = rclpy.create_node('bench')
         pool = RosEvaluator(node, environment, evaluators, print)
@@ -105,19 +126,18 @@ def _run_phases(configuration, evaluator: Evaluator, folder: Path, phases: int) 
 
 
 def _go_on(
-    start: Path, evaluator: Evaluator, on_first: Callable[[], object] = lambda: None
+    start: Path, evaluator: Evaluator, on_phase: Callable[[], object] = lambda: None
 ) -> tuple[float, int, int]:
     """Go on with a copy of a run to its end.
 
-    Returns the seconds, ticks and generations of all phases but the first; `on_first` is called
-    after that one.
+    Returns the seconds, ticks and generations of all phases but the first; `on_phase` is called
+    after each.
     """
     moments: list[tuple[float, PhaseStats]] = []
 
     def observe(stats) -> None:
         if isinstance(stats, PhaseStats):
-            if not moments:
-                on_first()
+            on_phase()
             moments.append((time.perf_counter(), stats))
 
     with tempfile.TemporaryDirectory() as folder:
@@ -125,6 +145,21 @@ def _go_on(
         Evolution.resume(folder, evaluator, observe).run()
     (begun, first), (ended, last) = moments[0], moments[-1]
     return ended - begun, last.ticks - first.ticks, last.generation - first.generation
+
+
+def _offspring(lineage: Lineage, capture_ticks: np.ndarray) -> np.ndarray:
+    """Return the genomes that a lineage let play."""
+    parent, least = lineage.parent, lineage.parent_ticks
+    genomes = []
+    ends = np.cumsum(lineage.redrawn)
+    totals = capture_ticks.reshape(-1, len(lineage.opponents)).sum(axis=1)
+    for first, end, ticks in zip(ends - lineage.redrawn, ends, totals, strict=True):
+        genome = parent.copy()
+        genome[lineage.genes[first:end]] = lineage.values[first:end]
+        genomes.append(genome)
+        if ticks == least or (ticks > least) == (lineage.species == 'prey'):
+            parent, least = genome, ticks
+    return np.array(genomes)
 
 
 def _concatenate(batches: list[Batch]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Between the messages of EvaluateBatch and the arrays of core."""
+"""Between the messages of the evaluators' services and the arrays of core."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import array
 import numpy as np
 from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.msg import Perturbations as PerturbationsMsg
-from coevo_msgs.srv import EvaluateBatch
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evaluation import Batch
+from coevo_manager.core.evaluation import Batch, Lineage
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import GENE_RANGE, GENES, check_genomes
 
@@ -26,6 +26,29 @@ def to_sequence(values: np.ndarray, typecode: str) -> array.array:
         Type of the field: 'f' for float32[], 'I' for uint32[], 'i' for int32[].
     """
     return array.array(typecode, values.tobytes())
+
+
+def to_request(
+    work: Batch | Lineage, environment: EnvironmentMsg
+) -> EvaluateBatch.Request | EvaluateLineage.Request:
+    """Return the request that asks for a batch or a lineage in an environment."""
+    if isinstance(work, Lineage):
+        request = EvaluateLineage.Request()
+        request.parent = to_sequence(work.parent, 'f')
+        request.predator = work.species == 'predator'
+        request.parent_ticks = work.parent_ticks
+        request.opponents = to_sequence(work.opponents, 'f')
+        request.redrawn = to_sequence(work.redrawn, 'I')
+        request.genes = to_sequence(work.genes, 'I')
+        request.values = to_sequence(work.values, 'f')
+    else:
+        request = EvaluateBatch.Request()
+        request.predators = to_sequence(work.predators, 'f')
+        request.prey = to_sequence(work.prey, 'f')
+        request.predator_index = to_sequence(work.predator_index, 'I')
+        request.prey_index = to_sequence(work.prey_index, 'I')
+    request.environment = environment
+    return request
 
 
 def to_batch(request: EvaluateBatch.Request) -> Batch:
@@ -46,6 +69,38 @@ def to_batch(request: EvaluateBatch.Request) -> Batch:
             'as predator_index'
         )
     return Batch(predators, prey, predator_index, prey_index)
+
+
+def to_lineage(request: EvaluateLineage.Request) -> Lineage:
+    """Return the lineage of a request, checked, without copying its genomes.
+
+    Raises
+    ------
+    ValueError
+        A genome's length or a gene is wrong, or there is too little of something: one sentence.
+    """
+    parent = _to_genomes(request.parent, 'parent')
+    if len(parent) != 1:
+        raise ValueError(f'parent has {len(request.parent)} numbers, expected {GENES}')
+    opponents = _to_genomes(request.opponents, 'opponents')
+    redrawn = np.frombuffer(request.redrawn, np.uint32)
+    if not len(opponents) or not len(redrawn):
+        name = 'redrawn' if len(opponents) else 'opponents'
+        raise ValueError(f'{name} is empty, expected at least one')
+    genes = _to_index(request.genes, GENES, 'genes')
+    values = np.frombuffer(request.values, np.float32)
+    changes = int(redrawn.sum(dtype=np.uint64))
+    for name, entries in (('genes', genes), ('values', values)):
+        if len(entries) != changes:
+            raise ValueError(f'{name} has {len(entries)} entries, expected {changes} by redrawn')
+    if not (np.abs(values) <= GENE_RANGE).all():
+        wrong = values[~(np.abs(values) <= GENE_RANGE)][0]
+        raise ValueError(
+            f'values has the value {wrong:g}, expected a number in [-{GENE_RANGE:g}, '
+            f'{GENE_RANGE:g}]'
+        )
+    species = 'predator' if request.predator else 'prey'
+    return Lineage(species, parent[0], request.parent_ticks, opponents, redrawn, genes, values)
 
 
 def _to_genomes(sequence: array.array, name: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The evaluator node: plays the episodes of EvaluateBatch requests."""
+"""The evaluator node: plays what others ask of it."""
 
 from __future__ import annotations
 
@@ -12,19 +12,26 @@ import socket
 import sys
 import tempfile
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rclpy
 from coevo_msgs.msg import Environment as EnvironmentMsg
-from coevo_msgs.srv import EvaluateBatch
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.service import Service
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
-from coevo_manager.evaluation_messages import to_batch, to_environment, to_sequence
+from coevo_manager.evaluation_messages import (
+    to_batch,
+    to_environment,
+    to_lineage,
+    to_sequence,
+)
 from coevo_manager.start import own_arguments, start_ros
 from neuro_controller.core.genome import GENES
 
@@ -38,8 +45,12 @@ KEPT_STREAMS = 4
 """Streams kept for environments that nobody asks for at the moment."""
 
 
+Asker = tuple[Service, Any]
+"""A service and the id of a request to it."""
+
+
 class EvaluatorNode(Node):
-    """Serves ``evaluate_batch`` (coevo_msgs/srv/EvaluateBatch), several requests at a time.
+    """Serves ``evaluate_batch`` and ``evaluate_lineage``, several requests at a time.
 
     Requests of one environment are merged in one `EpisodeStream`, so that its lanes stay full
     while any of them waits; each is answered as soon as its last episode ends. An executor would
@@ -58,11 +69,15 @@ class EvaluatorNode(Node):
         )
         self._streams: dict[tuple[Environment, bool], EpisodeStream] = {}
         self._last = EnvironmentMsg(), Environment()
-        self._service = self.create_service(
-            EvaluateBatch, 'evaluate_batch', self._never_spun, qos_profile=QoSProfile(depth=DEPTH)
+        self._batches = self._serve_type(EvaluateBatch, 'evaluate_batch')
+        self._lineages = self._serve_type(EvaluateLineage, 'evaluate_lineage')
+        self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 2, 0, self.context.handle)
+        self.get_logger().info(f'ready on {self._batches.service_name}')
+
+    def _serve_type(self, service_type: type, name: str) -> Service:
+        return self.create_service(
+            service_type, name, self._never_spun, qos_profile=QoSProfile(depth=DEPTH)
         )
-        self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 1, 0, self.context.handle)
-        self.get_logger().info(f'ready on {self._service.service_name}')
 
     def _never_spun(self, request, response):
         raise RuntimeError('an evaluator is run by serve, not by an executor')
@@ -70,63 +85,71 @@ class EvaluatorNode(Node):
     def serve(self, stop: threading.Event) -> None:
         """Answer requests until `stop` is set."""
         while not stop.is_set():
-            self._take_requests()
+            self._take_requests(self._batches, self._begin_batch)
+            self._take_requests(self._lineages, self._begin_lineage)
             if not self._advance():
                 self._wait_set.clear_entities()
-                self._wait_set.add_service(self._service.handle)
+                self._wait_set.add_service(self._batches.handle)
+                self._wait_set.add_service(self._lineages.handle)
                 self._wait_set.wait(int(WAIT * 1e9))
 
-    def _take_requests(self) -> None:
+    def _take_requests(self, service: Service, begin: Callable[[Any, Asker], None]) -> None:
         while True:
-            request, header = self._service.handle.service_take_request(EvaluateBatch.Request)
+            request, header = service.handle.service_take_request(service.srv_type.Request)
             if request is None:
                 return
+            asker = service, header.request_id
             try:
-                self._begin(request, header.request_id)
+                begin(request, asker)
             except ValueError as error:
                 self.get_logger().warning(f'refused a request: {error}')
-                self._respond(
-                    EvaluateBatch.Response(success=False, message=str(error)), header.request_id
-                )
+                self._respond(service.srv_type.Response(success=False, message=str(error)), asker)
 
-    def _begin(self, request: EvaluateBatch.Request, request_id) -> None:
-        if request.environment != self._last[0]:
-            self._last = request.environment, to_environment(request.environment)
-        environment = self._last[1]
+    def _begin_batch(self, request: EvaluateBatch.Request, asker: Asker) -> None:
+        environment = self._environment(request.environment)
         batch = to_batch(request)
         if not len(batch):
-            self._respond(EvaluateBatch.Response(success=True), request_id)
+            self._respond(EvaluateBatch.Response(success=True), asker)
             return
-        stream = self._stream(environment, request.complexity)
-        stream.submit(
-            request_id, batch.predators, batch.prey, batch.predator_index, batch.prey_index
+        self._stream(environment, request.complexity).submit(
+            asker, batch.predators, batch.prey, batch.predator_index, batch.prey_index
         )
 
-    def _stream(self, environment: Environment, complexity: bool) -> EpisodeStream:
-        key = environment, complexity
+    def _begin_lineage(self, request: EvaluateLineage.Request, asker: Asker) -> None:
+        environment = self._environment(request.environment)
+        self._stream(environment, measured=False).submit_lineage(asker, to_lineage(request))
+
+    def _environment(self, message: EnvironmentMsg) -> Environment:
+        if message != self._last[0]:
+            self._last = message, to_environment(message)
+        return self._last[1]
+
+    def _stream(self, environment: Environment, measured: bool) -> EpisodeStream:
+        key = environment, measured
         if key not in self._streams:
             idle = [known for known, stream in self._streams.items() if not stream.pending]
             for known in idle[: max(0, len(self._streams) - KEPT_STREAMS)]:
                 del self._streams[known]
-            self._streams[key] = EpisodeStream(environment, measure=complexity)
+            self._streams[key] = EpisodeStream(environment, measure=measured)
         return self._streams[key]
 
     def _advance(self) -> bool:
         busy = [key for key, stream in self._streams.items() if stream.pending]
         for environment, measured in busy:
-            for request_id, ticks, complexity in self._streams[environment, measured].advance():
-                response = EvaluateBatch.Response()
+            for asker, ticks, complexity in self._streams[environment, measured].advance():
+                response = asker[0].srv_type.Response()
                 response.success = True
                 response.capture_ticks = to_sequence(ticks, 'i')
                 if measured:
                     response.predator_complexity = to_sequence(complexity[:, 0], 'f')
                     response.prey_complexity = to_sequence(complexity[:, 1], 'f')
-                self._respond(response, request_id)
+                self._respond(response, asker)
         return bool(busy)
 
-    def _respond(self, response: EvaluateBatch.Response, request_id) -> None:
+    def _respond(self, response: Any, asker: Asker) -> None:
+        service, request_id = asker
         try:
-            self._service.handle.service_send_response(response, request_id)
+            service.handle.service_send_response(response, request_id)
         except _rclpy.RCLError as error:
             self.get_logger().warning(f'an answer could not be sent: {error}')
 

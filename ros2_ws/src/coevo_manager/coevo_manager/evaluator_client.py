@@ -6,14 +6,16 @@ import dataclasses
 import itertools
 import time
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from coevo_msgs.msg import Environment as EnvironmentMsg
-from coevo_msgs.srv import EvaluateBatch
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from rclpy.client import Client
 from rclpy.node import Node
 
-from coevo_manager.core.evaluation import Batch
-from coevo_manager.evaluation_messages import to_sequence
+from coevo_manager.core.evaluation import Batch, Lineage
+from coevo_manager.evaluation_messages import to_request
 from coevo_manager.evaluator_process import EvaluatorProcess
 
 START_PATIENCE = 180.0
@@ -26,24 +28,27 @@ LATENESS = 10.0
 """An evaluator is late when it takes so many times longer than expected."""
 
 
+_Key = tuple[Client, int]
+
+
 @dataclasses.dataclass(eq=False, slots=True)
 class Part:
-    """A share of a batch: what one request asks.
+    """What one request asks: a share of a batch, or a lineage.
 
     Attributes
     ----------
     ticket : int
-        Ticket of the batch.
-    batch : Batch
+        Ticket of the batch or lineage.
+    work : Batch or Lineage
         The episodes, with the genomes that they need.
     place : slice
-        Where their results lie in the batch's.
+        Where their results lie in those of the ticket.
     done : bool
         Answered, or not wanted any more: further answers are ignored.
     """
 
     ticket: int
-    batch: Batch
+    work: Batch | Lineage
     place: slice
     done: bool = False
 
@@ -55,7 +60,7 @@ class EvaluatorClient:
     ----------
     node : Node
     service : str
-        Full name of the evaluator's service.
+        Full name of the evaluator's service ``evaluate_batch``.
     environment : coevo_msgs/Environment
         Where every episode is played.
     patience : float
@@ -65,8 +70,10 @@ class EvaluatorClient:
 
     Attributes
     ----------
-    in_flight : dict of int to Part
-        By sequence number of the request, oldest first.
+    clients : tuple
+        rclpy's clients of its services.
+    in_flight : dict
+        Parts by client and sequence number of the request, oldest first.
     admitted : bool
         It has proved that it plays episodes as the others do.
     restarted : bool
@@ -88,13 +95,16 @@ class EvaluatorClient:
         self.admitted = False
         self.restarted = False
         self.next_trial = 0.0
-        self.in_flight: dict[int, Part] = {}
+        self.in_flight: dict[_Key, Part] = {}
         self._node = node
         self._environment = environment
         self._patience = patience
-        self._client = node.create_client(EvaluateBatch, service)
-        self.handle = self._client.handle
-        self._given_away: dict[int, Part] = {}
+        self._batches = node.create_client(EvaluateBatch, service)
+        self._lineages = node.create_client(
+            EvaluateLineage, service.removesuffix('batch') + 'lineage'
+        )
+        self.clients = self._batches, self._lineages
+        self._given_away: dict[_Key, Part] = {}
         self._silent = False
         self._seen = False
         self._last_event = time.monotonic()
@@ -111,13 +121,13 @@ class EvaluatorClient:
         return not self.admitted and not self._silent
 
     def present(self) -> bool:
-        """Whether the service is there, as far as discovery knows."""
-        present = self._client.service_is_ready()
+        """Whether its services are there, as far as discovery knows."""
+        present = all(client.service_is_ready() for client in self.clients)
         self._seen = self._seen or present
         return present
 
     def gone(self) -> bool:
-        """Whether the service was there and is no more."""
+        """Whether its services were there and are no more."""
         return self._seen and not self.present()
 
     def admit(self) -> None:
@@ -127,31 +137,27 @@ class EvaluatorClient:
 
     def send(self, part: Part) -> None:
         """Ask for a part."""
-        request = EvaluateBatch.Request()
-        request.environment = self._environment
-        request.predators = to_sequence(part.batch.predators, 'f')
-        request.prey = to_sequence(part.batch.prey, 'f')
-        request.predator_index = to_sequence(part.batch.predator_index, 'I')
-        request.prey_index = to_sequence(part.batch.prey_index, 'I')
+        client = self._lineages if isinstance(part.work, Lineage) else self._batches
+        request = to_request(part.work, self._environment)
         if not self.in_flight:
             self._last_event = time.monotonic()
-        self.in_flight[self.handle.send_request(request)] = part
+        self.in_flight[client, client.handle.send_request(request)] = part
 
-    def take(self) -> tuple[Part, EvaluateBatch.Response] | None:
+    def take(self, client: Client) -> tuple[Part, Any] | None:
         """Return an answer that has arrived and what it answers; None if nobody waits for it."""
-        header, response = self.handle.take_response(EvaluateBatch.Response)
+        header, response = client.handle.take_response(client.srv_type.Response)
         if response is None:
             return None
         self._silent = False
-        number = header.request_id.sequence_number
+        key = client, header.request_id.sequence_number
         now = time.monotonic()
-        part = self.in_flight.pop(number, None)
+        part = self.in_flight.pop(key, None)
         if part is not None:
-            seconds = (now - self._last_event) / max(len(part.batch), 1)
+            seconds = (now - self._last_event) / max(len(part.work), 1)
             known = self._episode_seconds
             self._episode_seconds = seconds if known is None else 0.9 * known + 0.1 * seconds
         else:
-            part = self._given_away.pop(number, None)
+            part = self._given_away.pop(key, None)
         self._last_event = now
         return None if part is None or part.done else (part, response)
 
@@ -162,7 +168,7 @@ class EvaluatorClient:
             return starting and now - self._last_event > START_PATIENCE
         if self._episode_seconds is None:
             return now - self._last_event > max(FIRST_PATIENCE, self._patience)
-        episodes = sum(len(part.batch) for part in self.in_flight.values())
+        episodes = sum(len(part.work) for part in self.in_flight.values())
         expected = episodes * self._episode_seconds
         return now - self._last_event > max(self._patience, LATENESS * expected)
 
@@ -179,13 +185,21 @@ class EvaluatorClient:
 
     def destroy(self) -> None:
         """Leave the service, and kill its process if it is the run's own."""
-        self._node.destroy_client(self._client)
+        for client in self.clients:
+            self._node.destroy_client(client)
         if self.process is not None:
             self.process.kill()
 
 
-def split(ticket: int, batch: Batch, longest: int) -> Iterator[Part]:
-    """Divide a batch into parts of at most `longest` episodes, as equal as can be."""
+def split(ticket: int, work: Batch | Lineage, longest: int) -> Iterator[Part]:
+    """Divide a batch into parts of at most `longest` episodes, as equal as can be.
+
+    A lineage stays whole.
+    """
+    if isinstance(work, Lineage):
+        yield Part(ticket, work, slice(0, len(work)))
+        return
+    batch = work
     count = -(-len(batch) // longest)
     if count <= 1:
         yield Part(ticket, batch, slice(0, len(batch)))

@@ -7,13 +7,15 @@ import itertools
 import threading
 import time
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+from rclpy.client import Client
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evaluation import Batch, StoppedError
+from coevo_manager.core.evaluation import Batch, Lineage, StoppedError, longest_lineage
 from coevo_manager.evaluation_messages import to_environment_message
 from coevo_manager.evaluator_client import EvaluatorClient, Part, split
 from coevo_manager.evaluator_process import OWN_PREFIX, EvaluatorProcess
@@ -24,11 +26,9 @@ SERVICE_TYPE = 'coevo_msgs/srv/EvaluateBatch'
 PART_EPISODES = 256
 """Most episodes of one request: larger batches are shared by all evaluators."""
 
-REQUESTS_EACH = 2
-"""Requests under way to each evaluator, so that it has work while its answer travels."""
-
-LOOKAHEAD = 5
-"""Most generations in one batch where an episode costs little: a request costs as much as 15."""
+REQUESTS_EACH = 4
+"""Requests under way to each evaluator: so many lineages keep its lanes full, while an answer
+travels too."""
 
 CHECK_PERIOD = 0.1
 """How often processes and the clock are looked at, s."""
@@ -87,12 +87,14 @@ class RosEvaluator:
         patience: float = 5.0,
     ) -> None:
         self.environment = environment
+        self.longest_lineage = longest_lineage(environment)
         self._node = node
         self._own = own
         self._log = log
         self._patience = patience
         self._message = to_environment_message(environment)
         self._clients: list[EvaluatorClient] = []
+        self._services: list[tuple[EvaluatorClient, Client]] = []
         self._wait_set: _rclpy.WaitSet | None = None
         self._failures = 0
         self._refused: set[str] = set()
@@ -113,13 +115,8 @@ class RosEvaluator:
 
     @property
     def slots(self) -> int:
-        """Batches worth keeping submitted at once."""
+        """Batches and lineages worth keeping submitted at once."""
         return REQUESTS_EACH * max(self.evaluators, self._own, 1)
-
-    @property
-    def lookahead(self) -> int:
-        """Generations worth asking for in one batch."""
-        return LOOKAHEAD if self.environment.physics == 'kinematic' else 1
 
     @property
     def evaluators(self) -> int:
@@ -147,18 +144,18 @@ class RosEvaluator:
                 )
             self._turn(0.05)
 
-    def submit(self, batch: Batch) -> int:
-        """Take a batch and return its ticket at once."""
+    def submit(self, work: Batch | Lineage) -> int:
+        """Take a batch or a lineage and return its ticket at once."""
         ticket = next(self._tickets)
-        parts = list(split(ticket, batch, PART_EPISODES))
-        self._results[ticket] = np.empty(len(batch), np.int32)
+        parts = list(split(ticket, work, PART_EPISODES))
+        self._results[ticket] = np.empty(len(work), np.int32)
         self._parts_left[ticket] = len(parts)
         self._waiting.extend(parts)
         self._dispatch()
         return ticket
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
-        """Wait for any submitted batch; None when the time is over or nothing was submitted.
+        """Wait for any submitted work; None when the time is over or nothing was submitted.
 
         Raises
         ------
@@ -174,7 +171,7 @@ class RosEvaluator:
         return self._finished.popleft() if self._finished else None
 
     def cancel(self) -> None:
-        """Forget every submitted batch."""
+        """Forget all submitted work."""
         for part in self._waiting:
             part.done = True
         for client in self._clients:
@@ -203,16 +200,15 @@ class RosEvaluator:
             time.sleep(timeout)
             return
         self._wait_set.clear_entities()
-        for client in self._clients:
+        for _, client in self._services:
             self._wait_set.add_client(client.handle)
         self._wait_set.wait(int(timeout * 1e9))
-        ready = [c for i, c in enumerate(self._clients) if self._wait_set.is_ready('client', i)]
-        for client in ready:
-            self._receive(client)
+        ready = [s for i, s in enumerate(self._services) if self._wait_set.is_ready('client', i)]
+        for evaluator, client in ready:
+            self._receive(evaluator, evaluator.take(client))
         self._dispatch()
 
-    def _receive(self, client: EvaluatorClient) -> None:
-        answer = client.take()
+    def _receive(self, client: EvaluatorClient, answer: tuple[Part, Any] | None) -> None:
         if answer is None:
             return
         part, response = answer
@@ -220,7 +216,7 @@ class RosEvaluator:
         if part.ticket == TRIAL:
             self._judge(client, response.message, ticks)
             return
-        if not response.success or len(ticks) != len(part.batch):
+        if not response.success or len(ticks) != len(part.work):
             raise EvaluationError(f'{client.service} refused its work: {response.message}')
         part.done = True
         self._results[part.ticket][part.place] = ticks
@@ -320,5 +316,6 @@ class RosEvaluator:
 
     def _set_clients(self, clients: list[EvaluatorClient]) -> None:
         self._clients = clients
+        self._services = [(client, service) for client in clients for service in client.clients]
         context = self._node.context.handle
-        self._wait_set = _rclpy.WaitSet(0, 0, 0, len(clients), 0, 0, context)
+        self._wait_set = _rclpy.WaitSet(0, 0, 0, len(self._services), 0, 0, context)

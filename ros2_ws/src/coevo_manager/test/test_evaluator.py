@@ -7,7 +7,8 @@ import time
 import numpy as np
 import pytest
 import rclpy
-from coevo_msgs.srv import EvaluateBatch
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from lineages import follow, random_lineage
 from rclpy.qos import QoSProfile
 from ros_processes import process_starter, ros_environment
 
@@ -15,6 +16,7 @@ from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pai
 from coevo_manager.evaluation_messages import (
     to_environment,
     to_environment_message,
+    to_request,
     to_sequence,
 )
 from neuro_controller.core.genome import random_genomes
@@ -35,14 +37,20 @@ def asker(tmp_path_factory):
         context = rclpy.Context()
         rclpy.init(context=context, domain_id=int(env['ROS_DOMAIN_ID']))
         node = rclpy.create_node('asker', context=context)
-        client = node.create_client(
-            EvaluateBatch, '/evaluator_3/evaluate_batch', qos_profile=QoSProfile(depth=30)
-        )
+        clients = {
+            service_type.Request: node.create_client(
+                service_type, f'/evaluator_3/{name}', qos_profile=QoSProfile(depth=30)
+            )
+            for service_type, name in (
+                (EvaluateBatch, 'evaluate_batch'),
+                (EvaluateLineage, 'evaluate_lineage'),
+            )
+        }
         executor = rclpy.executors.SingleThreadedExecutor(context=context)
         executor.add_node(node)
 
         def ask(*requests):
-            futures = [client.call_async(request) for request in requests]
+            futures = [clients[type(request)].call_async(request) for request in requests]
             deadline = time.monotonic() + 20
             while not all(future.done() for future in futures):
                 assert process.poll() is None, process.stderr_text
@@ -51,7 +59,7 @@ def asker(tmp_path_factory):
             return [future.result() for future in futures]
 
         try:
-            assert client.wait_for_service(60)
+            assert all(client.wait_for_service(60) for client in clients.values())
             settle(executor)
             yield ask
         finally:
@@ -100,10 +108,32 @@ def test_many_requests_at_once_in_several_environments(asker):
         assert list(response.capture_ticks) == expected.tolist()
 
 
+@pytest.mark.parametrize('species', ['predator', 'prey'])
+def test_lineages_beside_batches(asker, species):
+    lineages = [
+        random_lineage(np.random.default_rng(seed), species, SIGNED, generations=15)
+        for seed in range(3)
+    ]
+    message = to_environment_message(SIGNED)
+    *answers, _ = asker(*(to_request(lineage, message) for lineage in lineages), request(SIGNED))
+    for lineage, response in zip(lineages, answers, strict=True):
+        assert response.success, response.message
+        assert list(response.capture_ticks) == follow(lineage, SIGNED)[0].tolist()
+
+
 def test_no_episodes_are_no_work(asker):
     (response,) = asker(EvaluateBatch.Request())
     assert response.success
     assert len(response.capture_ticks) == 0
+
+
+LINEAGE = random_lineage(np.random.default_rng(6), 'prey', Environment(), generations=3)
+
+
+def bad_lineage(name, value):
+    asked = to_request(LINEAGE, to_environment_message(Environment()))
+    setattr(asked, name, value)
+    return asked
 
 
 def bad(name, value):
@@ -138,6 +168,17 @@ def genes(index, value):
         (bad('environment.wall_friction', float('nan')), 'wall_friction is nan'),
         (bad('environment.physics', 'cartoon'), "physics is 'cartoon'"),
         (bad('environment.perturbations.motor_noise', 2.0), 'motor_noise is 2.0'),
+        (bad_lineage('parent', array.array('f', [0.0] * 884)), 'parent has 884 numbers'),
+        (bad_lineage('parent', array.array('f', [6.0] * 442)), 'value 6.0 as gene 0 of genome 0'),
+        (bad_lineage('opponents', array.array('f')), 'opponents is empty'),
+        (bad_lineage('redrawn', array.array('I')), 'redrawn is empty'),
+        (bad_lineage('redrawn', array.array('I', [2**32 - 1] * 2)), 'expected 8589934590 by'),
+        (bad_lineage('genes', array.array('I', [442])), 'genes has the value 442'),
+        (bad_lineage('values', array.array('f', [0.0])), 'values has 1 entries, expected'),
+        (
+            bad_lineage('values', array.array('f', [np.nan] * len(LINEAGE.values))),
+            'values has the value nan',
+        ),
     ],
 )
 def test_bad_requests_are_refused_and_the_node_goes_on(asker, asked, sentence):

@@ -7,7 +7,7 @@ import pytest
 
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evolution import optimizers
-from coevo_manager.core.evolution.mutation import BLOCK, mutations
+from coevo_manager.core.evolution.mutation import BLOCK, draw_mutations
 from coevo_manager.core.evolution.optimizers.openai_es import centred_ranks
 from neuro_controller.core.genome import GENE_RANGE, GENES, random_genomes
 
@@ -15,7 +15,7 @@ RATE = 0.02
 
 
 def draw(kind, count, rate=RATE, seed=5):
-    generator = mutations(kind, GENES, rate, GENE_RANGE, np.random.default_rng(seed))
+    generator = draw_mutations(kind, GENES, rate, GENE_RANGE, np.random.default_rng(seed))
     return list(islice(generator, count))
 
 
@@ -154,9 +154,27 @@ def test_unknown_optimizer_is_named():
         optimizers.load('annealing')
 
 
-@pytest.mark.parametrize('name', optimizers.names())
-def test_candidates_ahead_are_those_asked_for_if_all_before_fail(name):
-    ahead, one_by_one = start(name)[0], start(name)[0]
-    for candidates in ahead.ask_ahead(5).copy():
-        np.testing.assert_array_equal(one_by_one.ask(), candidates)
-        assert not one_by_one.tell(np.full(len(candidates), -1.0))
+def test_mutations_are_those_that_asking_one_by_one_applies():
+    ahead, one_by_one = start('one_plus_one')[0], start('one_plus_one')[0]
+    parent = ahead.best.copy()
+    for genes, values in ahead.mutations(5):
+        expected = parent.copy()
+        expected[genes] = values
+        (candidate,) = one_by_one.ask()
+        np.testing.assert_array_equal(candidate, expected)
+        assert not one_by_one.tell(np.array([-1.0]))
+    # One that is accepted is applied to what the failures before left: the parent.
+    assert [ahead.tell(np.array([fitness])) for fitness in (-1.0, -1.0, 2.0)] == [
+        False,
+        False,
+        True,
+    ]
+    genes, values = start('one_plus_one')[0].mutations(3)[2]
+    parent[genes] = values
+    np.testing.assert_array_equal(ahead.best, parent)
+    assert ahead.best_fitness == 2.0
+
+
+@pytest.mark.parametrize('name', [n for n in optimizers.names() if n != 'one_plus_one'])
+def test_only_lineages_have_mutations(name):
+    assert start(name)[0].mutations(5) is None

@@ -11,10 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lineages import follow
 
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import evaluate_matrix, evaluate_pairs
-from coevo_manager.core.evaluation import LocalEvaluator
+from coevo_manager.core.evaluation import Lineage, LocalEvaluator
 from coevo_manager.core.evolution import (
     Evolution,
     GenerationStats,
@@ -43,32 +44,33 @@ SMALL = {
 class DisorderlyEvaluator:
     """Plays real episodes in any number of slots and answers in any order, counting the cost."""
 
-    def __init__(self, environment, slots=1, seed=0, lookahead=1):
-        self.environment, self.slots, self.lookahead = environment, slots, lookahead
+    def __init__(self, environment, slots=1, seed=0, longest_lineage=4):
+        self.environment, self.slots = environment, slots
+        self.longest_lineage = longest_lineage
         self.episodes = self.ticks = self.tickets = 0
         self._random = random.Random(seed)
         self._waiting = {}
 
-    def submit(self, batch):
+    def submit(self, work):
         self.tickets += 1
-        self._waiting[self.tickets] = batch
+        self._waiting[self.tickets] = work
         return self.tickets
 
     def collect(self, timeout=None):
         if self._random.random() < 0.1:
             return None
         ticket = self._random.choice(list(self._waiting))
-        batch = self._waiting.pop(ticket)
-        ticks = evaluate_pairs(
-            batch.predators,
-            batch.prey,
-            batch.predator_index,
-            batch.prey_index,
-            environment=self.environment,
-        )
+        return ticket, self._play(self._waiting.pop(ticket))
+
+    def _play(self, work):
+        if isinstance(work, Lineage):
+            ticks = follow(work, self.environment)[0]
+        else:
+            index = work.predator_index, work.prey_index
+            ticks = evaluate_pairs(work.predators, work.prey, *index, self.environment)
         self.episodes += len(ticks)
         self.ticks += int(ticks.sum())
-        return ticket, ticks
+        return ticks
 
     def cancel(self):
         self._waiting.clear()
@@ -177,10 +179,10 @@ def test_ticks_are_counted_exactly(tmp_path):
 def test_equal_seeds_give_equal_files(tmp_path, optimizer):
     configuration = configure(optimizer=optimizer, algorithm='hall_of_fame')
     expected = None
-    for slots, lookahead in ((1, 1), (2, 3), (5, 100)):
+    for slots, longest_lineage in ((1, 1), (2, 3), (5, 100)):
         folder = tmp_path / f'slots{slots}'
         environment = configuration.make_environment()
-        evaluator = DisorderlyEvaluator(environment, slots, seed=slots, lookahead=lookahead)
+        evaluator = DisorderlyEvaluator(environment, slots, slots, longest_lineage)
         run(folder, configuration, evaluator)
         files = contents(folder)
         expected = expected or files
@@ -190,8 +192,8 @@ def test_equal_seeds_give_equal_files(tmp_path, optimizer):
     assert contents(other)['generations.csv'] != expected['generations.csv']
 
 
-def test_groups_of_agents_do_not_wait_for_each_other(tmp_path):
-    """One batch is answered last of all; the other group runs through the phase meanwhile."""
+def test_agents_do_not_wait_for_each_other(tmp_path):
+    """One agent's first work is answered last of all; the others run meanwhile."""
 
     class Partial(DisorderlyEvaluator):
         held = None
@@ -204,18 +206,15 @@ def test_groups_of_agents_do_not_wait_for_each_other(tmp_path):
             if not free:
                 released.append(self.tickets)
                 free, self.held = [self.held], 0
-            batch = self._waiting.pop(min(free))
-            indices = batch.predator_index, batch.prey_index
-            return min(free), evaluate_pairs(
-                batch.predators, batch.prey, *indices, environment=self.environment
-            )
+            return min(free), self._play(self._waiting.pop(min(free)))
 
     released = []
     configuration = configure(phases=1)
-    evaluator = Partial(configuration.make_environment(), slots=2)
+    evaluator = Partial(configuration.make_environment(), slots=2, longest_lineage=1)
     run(tmp_path / 'held', configuration, evaluator)
-    first_evaluation, both_groups = 2, 2
-    assert released == [first_evaluation + both_groups + configuration.generations - 1]
+    first_evaluation, held, others = 2, 1, 3
+    works_each = configuration.generations + 1  # and one against the whole opposing population
+    assert released == [first_evaluation + held + others * works_each]
     run(tmp_path / 'whole', configuration)
     assert contents(tmp_path / 'held') == contents(tmp_path / 'whole')
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import collections
 import dataclasses
+import itertools
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +21,7 @@ class Batch:
     Attributes
     ----------
     predators, prey : float32 (P, 442), (Q, 442)
-        Genomes, C-contiguous. Whoever submits a batch leaves its arrays unchanged until the batch
+        Genomes, C-contiguous. Whoever submits a batch leaves its arrays unchanged until it
         is collected or cancelled, so that an evaluator may send them again.
     predator_index, prey_index : uint32 (n,), (n,)
         Episode k is played by ``predators[predator_index[k]]`` and ``prey[prey_index[k]]``.
@@ -34,21 +36,52 @@ class Batch:
         return len(self.predator_index)
 
 
+@dataclasses.dataclass(frozen=True, slots=True)
+class Lineage:
+    """A (1+1) evolution strategy to follow: a parent and the mutations of its generations.
+
+    In each generation the parent of that time, mutated, meets all opponents, and takes the
+    parent's place if it is as fit or fitter. The ticks of all episodes tell every outcome.
+
+    Attributes
+    ----------
+    species : str
+        The lineage's; the opponents are of the other one.
+    parent : float32 (442,)
+    parent_ticks : int
+        Its capture ticks summed over the opponents.
+    opponents : float32 (m, 442)
+    redrawn : uint32 (g,)
+        Number of genes that each mutation redraws.
+    genes, values : uint32 (c,), float32 (c,)
+        Those genes and their new values, one mutation after the other.
+    """
+
+    species: str
+    parent: np.ndarray
+    parent_ticks: int
+    opponents: np.ndarray
+    redrawn: np.ndarray
+    genes: np.ndarray
+    values: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.redrawn) * len(self.opponents)
+
+
 class Evaluator(Protocol):
-    """Plays batches of episodes, several at a time, in any order.
+    """Plays batches of episodes and lineages, several at a time, in any order.
 
     Attributes
     ----------
     environment : Environment
         Where every episode is played.
     slots : int
-        Number of batches worth keeping submitted at once, so that no evaluator waits for work (2
-        for each evaluator process). It may change while evaluators come and go; it is read at the
-        start of each phase and never changes a result.
-    lookahead : int
-        Generations worth asking for in one batch where an optimizer knows its next candidates
-        should the present ones fail: some are played in vain, but there are fewer batches. Read
-        as slots is.
+        Number of batches and lineages worth keeping submitted at once, so that no evaluator waits
+        for work. It may change while evaluators come and go, and never changes a result.
+    longest_lineage : int
+        Most generations worth asking for at once: an answer should not take long. It never changes
+        a result either.
     """
 
     environment: Environment
@@ -59,31 +92,32 @@ class Evaluator(Protocol):
         ...
 
     @property
-    def lookahead(self) -> int:
+    def longest_lineage(self) -> int:
         """See the class."""
         ...
 
-    def submit(self, batch: Batch) -> int:
-        """Take a batch and return its ticket at once."""
+    def submit(self, work: Batch | Lineage) -> int:
+        """Take a batch or a lineage and return its ticket at once."""
         ...
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
-        """Wait for any submitted batch.
+        """Wait for any submitted work.
 
         Parameters
         ----------
         timeout : float, optional
-            Longest wait, s; without it, wait till a batch is finished.
+            Longest wait, s; without it, wait till something is finished.
 
         Returns
         -------
         (ticket, capture ticks int32 (n,)), each from 1 to the environment's episode_ticks,
-        or None when the timeout passed.
+        or None when the timeout passed. The ticks of a lineage are those of its first offspring
+        against all opponents, then those of the second, and so on.
         """
         ...
 
     def cancel(self) -> None:
-        """Forget every submitted batch; none of their tickets is collected any more."""
+        """Forget all submitted work; none of its tickets is collected any more."""
         ...
 
     def close(self) -> None:
@@ -91,12 +125,17 @@ class Evaluator(Protocol):
         ...
 
 
+def longest_lineage(environment: Environment) -> int:
+    """Return how many generations of a lineage take some 0.1 s, as `Evaluator` wants it."""
+    return 100 if environment.physics == 'kinematic' else 1
+
+
 class StoppedError(Exception):
     """Raised where an evolution was asked to stop."""
 
 
 def next_answer(evaluator: Evaluator, stop: threading.Event) -> tuple[int, np.ndarray]:
-    """Wait for any submitted batch.
+    """Wait for any submitted work.
 
     Raises
     ------
@@ -108,6 +147,22 @@ def next_answer(evaluator: Evaluator, stop: threading.Event) -> tuple[int, np.nd
         if answer is not None:
             return answer
     raise StoppedError
+
+
+def all_pairs(species: str, ours: np.ndarray, theirs: np.ndarray) -> Batch:
+    """Return the episodes of all of ours against all of theirs.
+
+    Parameters
+    ----------
+    species : str
+        Ours: 'predator' or 'prey'.
+    ours, theirs : float32 (k, 442), (m, 442)
+        Episode ``i * m + j`` is that of ours i and theirs j.
+    """
+    index = np.indices((len(ours), len(theirs)), np.uint32).reshape(2, -1)
+    if species == 'predator':
+        return Batch(ours, theirs, index[0], index[1])
+    return Batch(theirs, ours, index[1], index[0])
 
 
 def evaluate_all(
@@ -133,8 +188,7 @@ def evaluate_all(
     result = np.empty((len(predators), len(prey)), np.int32)
     parts = {}
     for rows in np.array_split(np.arange(len(predators)), min(evaluator.slots, len(predators))):
-        index = np.indices((len(rows), len(prey)), np.uint32).reshape(2, -1)
-        batch = Batch(predators[rows], np.ascontiguousarray(prey), index[0], index[1])
+        batch = all_pairs('predator', predators[rows], np.ascontiguousarray(prey))
         parts[evaluator.submit(batch)] = rows
     while parts:
         ticket, ticks = next_answer(evaluator, stop)
@@ -144,51 +198,54 @@ def evaluate_all(
 
 
 class LocalEvaluator:
-    """Plays every batch in this process, when it is collected.
+    """Plays in this process what is submitted, while it is collected.
 
     Parameters
     ----------
     environment : Environment
     threads : int
-        Threads of the episode kernel.
+        Threads to play in.
     """
 
-    slots = 1
-    lookahead = 1
-
     def __init__(self, environment: Environment, threads: int = 1) -> None:
-        self.environment = environment
-        self._threads = threads
-        self._queue: collections.deque[tuple[int, Batch]] = collections.deque()
-        self._tickets = 0
+        # Here, so that only processes that play episodes load the compiled kernel.
+        from coevo_manager.core.stream import EpisodeStream
 
-    def submit(self, batch: Batch) -> int:
-        """Put a batch in the queue."""
-        self._tickets += 1
-        self._queue.append((self._tickets, batch))
-        return self._tickets
+        self.environment = environment
+        self.slots = 4 * threads
+        self.longest_lineage = longest_lineage(environment)
+        self._make_streams = lambda: [EpisodeStream(environment) for _ in range(threads)]
+        self._streams = self._make_streams()
+        self._threads = ThreadPoolExecutor(threads)
+        self._finished: collections.deque[tuple[int, np.ndarray]] = collections.deque()
+        self._tickets = itertools.count(1)
+
+    def submit(self, work: Batch | Lineage) -> int:
+        """Give the work to the thread that has the least."""
+        ticket = next(self._tickets)
+        stream = min(self._streams, key=lambda stream: stream.pending)
+        if isinstance(work, Lineage):
+            stream.submit_lineage(ticket, work)
+        else:
+            stream.submit(ticket, work.predators, work.prey, work.predator_index, work.prey_index)
+        return ticket
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
-        """Play the oldest batch; None when there is none."""
-        # Here, so that only processes that play episodes load the compiled kernel.
-        from coevo_manager.core.episodes import evaluate_pairs
-
-        if not self._queue:
-            return None
-        ticket, batch = self._queue.popleft()
-        return ticket, evaluate_pairs(
-            batch.predators,
-            batch.prey,
-            batch.predator_index,
-            batch.prey_index,
-            environment=self.environment,
-            threads=self._threads,
-        )
+        """Play until something is finished; None when there is nothing to play."""
+        while not self._finished:
+            busy = [stream for stream in self._streams if stream.pending]
+            if not busy:
+                return None
+            spread = map if len(busy) == 1 else self._threads.map
+            for results in spread(lambda stream: stream.advance(), busy):
+                self._finished.extend((ticket, ticks) for ticket, ticks, _ in results)
+        return self._finished.popleft()
 
     def cancel(self) -> None:
-        """Empty the queue."""
-        self._queue.clear()
+        """Forget all work."""
+        self._streams = self._make_streams()
+        self._finished.clear()
 
     def close(self) -> None:
-        """Empty the queue."""
-        self.cancel()
+        """End the threads."""
+        self._threads.shutdown()

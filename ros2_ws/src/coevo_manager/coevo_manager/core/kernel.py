@@ -6,12 +6,12 @@ from marxbot_sim.core.disturbance import begin_at, disturb_readings, disturb_whe
 from marxbot_sim.core.layout import LEFT, RIGHT
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
-from neuro_controller.core.genome import GENES, HIDDEN, HIDDEN_BIASES
+from neuro_controller.core.genome import GENE_RANGE, GENES, HIDDEN, HIDDEN_BIASES, LEAKS
 from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, RECALL, TICKS, control
 from simd_lanes import HALF, absolute, compile_kernel, lane_bits, load, store
 
-IDLE = -1
-"""In `lane_episode`: no episode runs in this pair of lanes."""
+from .numbering import episode_number
+from .schedule import IDLE, end_episode, next_episode, row
 
 VARIATION, LAST_ADVANCE, LAST_TURN = range(3)
 COMPLEXITY_ROWS = 3
@@ -69,16 +69,18 @@ def add_variation(wheels, complexity):
 @numba.njit
 def start_robot(lane, genome, start, bodies, weights, memory, complexity):
     """Put a robot at its start, at rest, with that genome's weights in its lane."""
-    for row in range(bodies.shape[0]):
-        bodies[row, lane] = start[row, lane]
-    for row in range(GENES):
-        weights[row, lane] = genome[row]
-    for row in range(MEMORY_ROWS):
-        memory[row, lane] = 0.0
-    for row in range(HIDDEN):
-        memory[RECALL + row, lane] = genome[HIDDEN_BIASES + row]
-    for row in range(COMPLEXITY_ROWS):
-        complexity[row, lane] = 0.0
+    for i in range(bodies.shape[0]):
+        bodies[i, lane] = start[i, lane]
+    for i in range(GENES):
+        weights[i, lane] = genome[i]
+    for i in range(LEAKS, LEAKS + HIDDEN):
+        weights[i, lane] = abs(genome[i]) / GENE_RANGE
+    for i in range(MEMORY_ROWS):
+        memory[i, lane] = 0.0
+    for i in range(HIDDEN):
+        memory[RECALL + i, lane] = genome[HIDDEN_BIASES + i]
+    for i in range(COMPLEXITY_ROWS):
+        complexity[i, lane] = 0.0
 
 
 @compile_kernel
@@ -101,23 +103,14 @@ def run_episodes(
     episode_ticks,
     disturbance,
     seed,
-    genomes,
-    genome_number,
-    predator_row,
-    prey_row,
-    request,
-    unfinished,
-    result_ticks,
-    result_complexity,
-    first,
-    end,
+    rings,
 ):
-    """Run queued episodes until a request is finished or none is left.
+    """Run episodes until a request is finished, or an episode ends and no other takes its lanes.
 
     Parameters
     ----------
     lane_episode : int64 array, shape (8,)
-        Number of the episode in each pair of lanes, or IDLE; updated.
+        Number of the episode in each pair of lanes, or `schedule.IDLE`; updated.
     clock : int64 array, shape (1,)
         Ticks run so far; updated.
     start, bodies, ..., complexity : float32 arrays, shape (rows, 16)
@@ -130,46 +123,37 @@ def run_episodes(
         State of the lanes' perturbations; None where there are none.
     seed : int
         Seed of the perturbations.
-    genomes, genome_number : float32 array, shape (g, 442), and uint64 array, shape (g,)
-        Rings of weights and of their opponents' episode numbers, g a power of two.
-    predator_row, prey_row, request : int64 arrays, shape (e,), e a power of two
-        Ring of episodes: the rows of `genomes`, modulo g, and the request that asked.
-    unfinished : int64 array, shape (r,), r a power of two
-        Ring of requests: episodes left of each; updated.
-    result_ticks, result_complexity : int32 array, shape (e,), and float32 array, shape (e, 2)
-        Written as episodes end.
-    first, end : int
-        Number of the next episode to start and of the one after the last.
+    rings : schedule.Rings
+        What to play; updated.
 
     Returns
     -------
-    (int, bool)
-        Number of the next episode to start, and whether a request was finished.
+    bool
+        Whether a request was finished.
     """
-    episode_mask = len(request) - 1
-    genome_mask = len(genomes) - 1
-    request_mask = len(unfinished) - 1
-    finished = False
+    finished = played = False
     while True:
         busy = 0
+        idle = False
         for pair in range(HALF):
-            if lane_episode[pair] == IDLE and first < end:
-                row = first & episode_mask
-                predator = genomes[predator_row[row] & genome_mask]
-                prey = genomes[prey_row[row] & genome_mask]
-                start_robot(pair, predator, start, bodies, weights, memory, complexity)
-                start_robot(pair + HALF, prey, start, bodies, weights, memory, complexity)
-                if disturbance is not None:
-                    number = genome_number[predator_row[row] & genome_mask]
-                    begin_at(disturbance, pair + HALF, seed, number, bodies)
-                    number = genome_number[prey_row[row] & genome_mask]
-                    begin_at(disturbance, pair, seed, number, bodies)
-                lane_episode[pair] = first
-                first += 1
+            if lane_episode[pair] == IDLE:
+                lane_episode[pair] = next_episode(rings)
+                if lane_episode[pair] != IDLE:
+                    episode = row(rings.episodes, lane_episode[pair])
+                    predator = row(rings.genomes, episode['predator'])
+                    prey = row(rings.genomes, episode['prey'])
+                    start_robot(pair, predator, start, bodies, weights, memory, complexity)
+                    start_robot(pair + HALF, prey, start, bodies, weights, memory, complexity)
+                    if disturbance is not None:
+                        begin_at(disturbance, pair, seed, episode_number(prey), bodies)
+                        begin_at(disturbance, pair + HALF, seed, episode_number(predator), bodies)
             if lane_episode[pair] != IDLE:
                 busy |= 1 << pair
-        if finished or busy == 0:
-            return first, finished
+            else:
+                idle = True
+        if finished or busy == 0 or (idle and played):
+            return finished
+        played = True
         ended = 0
         while ended == 0:
             slot = clock[0] % FATIGUE_TICKS
@@ -194,12 +178,13 @@ def run_episodes(
             ended = (captured | lane_bits(load(memory, TICKS) >= episode_ticks)) & busy
         for pair in range(HALF):
             if ended >> pair & 1:
-                row = lane_episode[pair] & episode_mask
                 ticks = int(memory[TICKS, pair])
-                result_ticks[row] = ticks
-                result_complexity[row, 0] = complexity[VARIATION, pair] / (2 * ticks)
-                result_complexity[row, 1] = complexity[VARIATION, pair + HALF] / (2 * ticks)
-                asker = request[row] & request_mask
-                unfinished[asker] -= 1
-                finished = finished or unfinished[asker] == 0
+                ended_request = end_episode(
+                    rings,
+                    lane_episode[pair],
+                    ticks,
+                    complexity[VARIATION, pair] / (2 * ticks),
+                    complexity[VARIATION, pair + HALF] / (2 * ticks),
+                )
+                finished = finished or ended_request
                 lane_episode[pair] = IDLE

@@ -10,7 +10,8 @@ from neuro_controller.core.genome import GENES, SENSORS
 from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, SETTING_ROWS
 from simd_lanes import HALF, aligned_rows
 
-from .kernel import COMPLEXITY_ROWS, IDLE, run_episodes
+from .kernel import COMPLEXITY_ROWS, run_episodes
+from .schedule import IDLE
 
 
 class Lanes:
@@ -60,21 +61,14 @@ class KinematicPlayer:
         self._lanes = Lanes(environment)
         self._clock = np.zeros(1, dtype=np.int64)
 
-    def play(self, genomes, episodes, unfinished, first):
-        """Play until a request is finished or no episode is left.
+    def play(self, rings):
+        """Play on; return whether a request is finished by that.
+
+        It returns as soon as one is, or an episode ends while there is no other to take its lanes.
 
         Parameters
         ----------
-        genomes, episodes : rings of `stream`
-        unfinished : int64 array, shape (r,), r a power of two
-            Episodes left of each request, by its number modulo r.
-        first : int
-            Number of the next episode to start.
-
-        Returns
-        -------
-        (int, bool)
-            Number of the next episode to start, and whether a request was finished.
+        rings : schedule.Rings
         """
         lanes = self._lanes
         return run_episodes(
@@ -96,14 +90,5 @@ class KinematicPlayer:
             self._environment.episode_ticks,
             lanes.disturbance,
             self._environment.perturbations.seed,
-            genomes['weights'],
-            genomes['number'],
-            episodes['predator'],
-            episodes['prey'],
-            episodes['request'],
-            unfinished,
-            episodes['ticks'],
-            episodes['complexity'],
-            first,
-            episodes.end,
+            rings,
         )

@@ -8,8 +8,10 @@ from marxbot_sim.core.pymunk_world import PymunkArenas
 from neuro_controller.core.network import FATIGUE_TICKS, TICKS
 from simd_lanes import HALF, compile_kernel
 
-from .kernel import IDLE, VARIATION, add_variation, decide, start_robot
+from .kernel import VARIATION, add_variation, decide, start_robot
 from .lanes import Lanes
+from .numbering import episode_numbers
+from .schedule import IDLE, end_episode, next_episode, row
 
 ARENAS = 32
 """Arenas in a space: more wait for each other's collision search, fewer for Python."""
@@ -74,55 +76,51 @@ class PymunkPlayer:
         ]
         self._clock = 0
 
-    def play(self, genomes, episodes, unfinished, first):
-        """Play until a request is finished or no episode is left, see `KinematicPlayer.play`."""
-        finished = False
+    def play(self, rings):
+        """Play on, see `KinematicPlayer.play`."""
+        finished = played = False
         while True:
-            first = self._fill(genomes, episodes, first)
+            self._fill(rings)
             busy = np.array([block.episode for block in self._blocks]) != IDLE
-            if finished or not busy.any():
-                return first, finished
+            if finished or not busy.any() or (played and not busy.all()):
+                return finished
+            played = True
             ended = np.zeros_like(busy)
             while not ended.any():
                 ended = self._tick() & busy
             for block, pair in np.argwhere(ended):
                 lanes = self._blocks[block]
-                row = lanes.episode[pair] % len(episodes['request'])
                 ticks = int(lanes.memory[TICKS, pair])
-                episodes['ticks'][row] = ticks
+                complexity = np.zeros(2)
                 if self._measure:
                     variation = lanes.complexity[VARIATION, [pair, pair + HALF]]
-                    episodes['complexity'][row] = variation.astype(np.float64) / (2 * ticks)
-                asker = episodes['request'][row] % len(unfinished)
-                unfinished[asker] -= 1
-                finished = finished or unfinished[asker] == 0
+                    complexity = variation.astype(np.float64) / (2 * ticks)
+                ended_request = end_episode(rings, lanes.episode[pair], ticks, *complexity)
+                finished = finished or ended_request
                 lanes.episode[pair] = IDLE
 
-    def _fill(self, genomes, episodes, first):
-        """Start waiting episodes where none is running; return the number of the next."""
+    def _fill(self, rings):
+        """Start waiting episodes where none is running."""
         for number, lanes in enumerate(self._blocks):
             for pair in np.flatnonzero(lanes.episode == IDLE):
-                if first == episodes.end:
-                    return first
-                row = first % len(episodes['request'])
+                lanes.episode[pair] = next_episode(rings)
+                if lanes.episode[pair] == IDLE:
+                    return
+                episode = row(rings.episodes, lanes.episode[pair])
                 players = [
-                    episodes[species][row] % len(genomes['number'])
-                    for species in ('predator', 'prey')
+                    row(rings.genomes, episode[species]) for species in ('predator', 'prey')
                 ]
-                poses = self._begin(lanes, pair, genomes, players)
-                self._arenas.place(number * HALF + pair, poses)
-                lanes.episode[pair] = first
-                first += 1
-        return first
+                self._arenas.place(number * HALF + pair, self._begin(lanes, pair, players))
 
-    def _begin(self, lanes, pair, genomes, players):
+    def _begin(self, lanes, pair, players):
         """Put two genomes in their lanes and return where the robots start."""
         poses = list(START_POSES)
-        for robot, player in enumerate(players):
+        opponents = episode_numbers(players[::-1])
+        for robot, genome in enumerate(players):
             lane = pair + robot * HALF
             _start(
                 lane,
-                genomes['weights'][player],
+                genome,
                 lanes.start,
                 lanes.bodies,
                 lanes.weights,
@@ -130,7 +128,7 @@ class PymunkPlayer:
                 lanes.complexity,
             )
             if lanes.disturbance is not None:
-                key = self._environment.perturbations.seed, genomes['number'][players[1 - robot]]
+                key = self._environment.perturbations.seed, opponents[robot]
                 begin(lanes.disturbance, lane, *key)
                 poses[robot] = start_pose(lanes.disturbance, lane, *key)
         return poses

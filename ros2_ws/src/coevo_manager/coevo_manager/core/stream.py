@@ -4,51 +4,43 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from neuro_controller.core.genome import GENES, weights_of
+from neuro_controller.core.genome import GENES
 
 from .lanes import KinematicPlayer
-from .numbering import episode_numbers
 from .pymunk_player import PymunkPlayer
+from .schedule import CHANGE, CHOSEN, END, EPISODE, FIRST, NOBODY, REQUEST, Rings
 
 
 class _Ring:
-    """Arrays indexed by ever-growing numbers n, which lie in row n % length."""
+    """An array indexed by ever-growing numbers n, which lie in row n % length."""
 
-    def __init__(self, **columns):
-        self.columns = {
-            name: np.zeros((1, *shape), dtype) for name, (dtype, shape) in columns.items()
-        }
+    def __init__(self, dtype):
+        self.array = np.zeros(1, dtype)
         self.first = 0
         self.end = 0
 
-    def __getitem__(self, name):
-        return self.columns[name]
-
     def extend(self, count):
         """Make room for `count` more rows and return their indices."""
-        size = len(next(iter(self.columns.values())))
+        size = len(self.array)
         if self.end - self.first + count > size:
             kept = np.arange(self.first, self.end)
             grown = 1 << (self.end - self.first + count - 1).bit_length()
-            for name, column in self.columns.items():
-                larger = np.zeros((grown, *column.shape[1:]), column.dtype)
-                larger[kept % grown] = column[kept % size]
-                self.columns[name] = larger
-            size = grown
+            larger = np.zeros((grown, *self.array.shape[1:]), self.array.dtype)
+            larger[kept % grown] = self.array[kept % size]
+            self.array = larger
         self.end += count
-        return np.arange(self.end - count, self.end) % size
+        return self.rows(self.end - count, self.end)
 
     def rows(self, first, end):
         """Return the indices of the rows with these numbers."""
-        return np.arange(first, end) % len(next(iter(self.columns.values())))
+        return np.arange(first, end) % len(self.array)
 
 
 @dataclass(eq=False)
 class _Request:
     number: int
     ticket: object
-    first_genome: int
-    first_episode: int
+    first: dict
     end_episode: int
 
 
@@ -69,16 +61,13 @@ class EpisodeStream:
         self.environment = environment
         player = KinematicPlayer if environment.physics == 'kinematic' else PymunkPlayer
         self._player = player(environment, measure)
-        self._genomes = _Ring(weights=(np.float32, (GENES,)), number=(np.uint64, ()))
-        self._episodes = _Ring(
-            predator=(np.int64, ()),
-            prey=(np.int64, ()),
-            request=(np.int64, ()),
-            ticks=(np.int32, ()),
-            complexity=(np.float32, (2,)),
-        )
-        self._requests = _Ring(unfinished=(np.int64, ()))
-        self._next = 0
+        self._genomes = _Ring((np.float32, (GENES,)))
+        self._episodes = _Ring(EPISODE)
+        self._mutations = _Ring(np.int64)
+        self._changes = _Ring(CHANGE)
+        self._requests = _Ring(REQUEST)
+        self._queue = np.zeros(4, np.int64)
+        self._queue[CHOSEN] = NOBODY
         self._waiting = []
 
     @property
@@ -97,54 +86,114 @@ class EpisodeStream:
         predator_index, prey_index : integer arrays, shape (n,), n >= 1
             Which predator meets which prey.
         """
-        count = len(predator_index)
-        first_genome, first_episode = self._genomes.end, self._episodes.end
+        first = self._numbers()
         rows = self._genomes.extend(len(predators) + len(prey))
-        for part, genomes in ((rows[: len(predators)], predators), (rows[len(predators) :], prey)):
-            self._genomes['weights'][part] = weights_of(genomes)
-            if self.environment.perturbations.active:
-                self._genomes['number'][part] = episode_numbers(genomes)
-        rows = self._episodes.extend(count)
-        self._episodes['predator'][rows] = np.asarray(predator_index) + first_genome
-        self._episodes['prey'][rows] = np.asarray(prey_index) + (first_genome + len(predators))
-        self._episodes['request'][rows] = self._requests.end
-        request = _Request(
-            self._requests.end, ticket, first_genome, first_episode, self._episodes.end
+        self._genomes.array[rows[: len(predators)]] = predators
+        self._genomes.array[rows[len(predators) :]] = prey
+        self._add_episodes(
+            np.asarray(predator_index) + first['genomes'],
+            np.asarray(prey_index) + (first['genomes'] + len(predators)),
         )
-        row = self._requests.extend(1)
-        self._requests['unfinished'][row] = count
-        self._waiting.append(request)
+        self._add_request(ticket, first, ready=self._episodes.end)
+
+    def submit_lineage(self, ticket, lineage):
+        """Queue a `Lineage`; its offspring are played one after the other.
+
+        Parameters
+        ----------
+        ticket : object
+            Comes back with the results, those of the first offspring first.
+        lineage : coevo_manager.core.evaluation.Lineage
+        """
+        first = self._numbers()
+        generations, opponents = len(lineage.redrawn), len(lineage.opponents)
+        rows = self._genomes.extend(2 + opponents)
+        self._genomes.array[rows[0]] = lineage.parent
+        self._genomes.array[rows[2:]] = lineage.opponents
+        ours = np.full(generations * opponents, first['genomes'] + 1)
+        theirs = np.tile(np.arange(opponents) + (first['genomes'] + 2), generations)
+        hunting = lineage.species == 'predator'
+        self._add_episodes(*((ours, theirs) if hunting else (theirs, ours)))
+        rows = self._changes.extend(len(lineage.genes))
+        self._changes.array['gene'][rows] = lineage.genes
+        self._changes.array['value'][rows] = lineage.values
+        rows = self._mutations.extend(1 + generations)
+        self._mutations.array[rows[0]] = first['changes']
+        self._mutations.array[rows[1:]] = np.cumsum(lineage.redrawn) + first['changes']
+        self._add_request(
+            ticket,
+            first,
+            ready=first['episodes'],
+            size=opponents,
+            parent=first['genomes'],
+            parent_ticks=lineage.parent_ticks,
+            sign=-1 if hunting else 1,
+            mutation=first['mutations'] + 1,
+        )
 
     def advance(self):
-        """Run episodes until at least one request is finished.
+        """Run episodes until a request is finished, or there is room for more requests.
 
         Returns
         -------
         list of (ticket, int32 array of shape (n,), float32 array of shape (n, 2))
-            Capture ticks and complexities of the finished requests; empty if none was pending.
+            Capture ticks and complexities of the finished requests.
         """
-        self._next, finished = self._player.play(
-            self._genomes, self._episodes, self._requests['unfinished'], self._next
+        return self._collect() if self._player.play(self._arrays()) else []
+
+    def _arrays(self):
+        return Rings(
+            self._genomes.array,
+            self._episodes.array,
+            self._requests.array,
+            self._mutations.array,
+            self._changes.array,
+            self._queue,
         )
-        return self._collect() if finished else []
+
+    def _numbers(self):
+        """Return the number of the next row of each ring that a request takes rows of."""
+        return {
+            'genomes': self._genomes.end,
+            'episodes': self._episodes.end,
+            'mutations': self._mutations.end,
+            'changes': self._changes.end,
+        }
+
+    def _add_episodes(self, predators, prey):
+        rows = self._episodes.extend(len(predators))
+        self._episodes.array['predator'][rows] = predators
+        self._episodes.array['prey'][rows] = prey
+        self._episodes.array['request'][rows] = self._requests.end
+
+    def _add_request(self, ticket, first, **fields):
+        number = self._requests.end
+        self._waiting.append(_Request(number, ticket, first, self._episodes.end))
+        (row,) = self._requests.extend(1)
+        request = self._requests.array[row]
+        request['next'] = first['episodes']
+        request['unfinished'] = self._episodes.end - first['episodes']
+        request['size'] = request['unfinished_offspring'] = 0
+        for name, value in fields.items():
+            request[name] = value
+        self._queue[END] = self._requests.end
 
     def _collect(self):
-        unfinished = self._requests['unfinished']
+        unfinished = self._requests.array['unfinished']
         results, waiting = [], []
         for request in self._waiting:
             if unfinished[request.number % len(unfinished)]:
                 waiting.append(request)
             else:
-                rows = self._episodes.rows(request.first_episode, request.end_episode)
+                rows = self._episodes.rows(request.first['episodes'], request.end_episode)
+                episodes = self._episodes.array
                 results.append(
-                    (
-                        request.ticket,
-                        self._episodes['ticks'][rows],
-                        self._episodes['complexity'][rows],
-                    )
+                    (request.ticket, episodes['ticks'][rows], episodes['complexity'][rows])
                 )
         self._waiting = waiting
         self._requests.first = waiting[0].number if waiting else self._requests.end
-        self._episodes.first = waiting[0].first_episode if waiting else self._episodes.end
-        self._genomes.first = waiting[0].first_genome if waiting else self._genomes.end
+        self._queue[FIRST] = self._requests.first
+        first = waiting[0].first if waiting else self._numbers()
+        for name, number in first.items():
+            getattr(self, f'_{name}').first = number
         return results

@@ -57,7 +57,7 @@ def trace_pair(predator, prey, environment=Environment()):
     """
     world = make_world(environment.physics, environment.arena)
     robots = PerturbedRobots(environment.perturbations, environment.max_wheel_speeds)
-    opponents = episode_numbers(np.array([prey, predator]))
+    opponents = episode_numbers(np.array([prey, predator], np.float32))
     world.reset(robots.starts(opponents))
     robots.begin(opponents)
     controllers = [

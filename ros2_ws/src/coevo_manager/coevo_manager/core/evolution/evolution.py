@@ -158,8 +158,7 @@ class Evolution:
         predators, prey = self._first_populations()
         ticks = evaluate_all(self._evaluator, predators, prey, self._stop)
         state = State(predators, prey, ticks, self.configuration.episode_ticks)
-        state.episodes = ticks.size
-        state.ticks = int(ticks.sum(dtype=np.int64))
+        self._add_cost(state, ticks)
         for species in SPECIES:
             self._algorithm.remember(state, species)
         self._save(state, [], evolving='', retained=0, snapshot=True)
@@ -188,30 +187,31 @@ class Evolution:
             state.genomes(species)[chosen],
             training[chosen],
             opponents.genomes,
+            state.genomes(other(species)),
         )
         before = state.generation
         log: list[GenerationStats] = []
         means = tuple(state.mean_fitness(species) for species in SPECIES)
-        evolved, evolved_training = evolve(
+        evolved = evolve(
             phase,
             configuration,
             self._evaluator,
             self._stop,
             lambda generation: log.append(self._count(state, phase, generation, means)),
         )
-        rows = self._evaluate(state, species, evolved, state.genomes(other(species)))
+        self._add_cost(state, evolved.capture_ticks)
         if configuration.replacement == 'evolved':
             places, retained = chosen, np.arange(len(chosen))
         else:
-            new = fitness_of(species, rows, state.episode_ticks)
+            new = fitness_of(species, evolved.capture_ticks, state.episode_ticks)
             contest = Contest(
                 np.concatenate((state.fitness(species), new)),
-                np.concatenate((training, evolved_training)),
+                np.concatenate((training, evolved.training)),
                 state.episode_ticks,
             )
             scores = self._algorithm.scores(contest)
             places, retained = replacements(scores, configuration.population)
-        state.replace(places, evolved[retained], rows[retained])
+        state.replace(places, evolved.genomes[retained], evolved.capture_ticks[retained])
         state.phase = phase.number
         self._algorithm.remember(state, species)
         if _crossed(before, state.generation, configuration.swap_generations):
@@ -231,9 +231,9 @@ class Evolution:
             state.generation,
             phase.number,
             phase.species,
-            float(generation.fitness.mean()),
-            float(generation.fitness.min()),
-            float(generation.fitness.max()),
+            generation.fitness_mean,
+            generation.fitness_min,
+            generation.fitness_max,
             generation.accepted,
             state.episodes,
             state.ticks,
@@ -249,20 +249,17 @@ class Evolution:
         species = state.evolving
         if opponents.index is not None:
             return state.fitness(species)[:, opponents.index]
-        ticks = self._evaluate(state, species, state.genomes(species), opponents.genomes)
-        return fitness_of(species, ticks, state.episode_ticks)
-
-    def _evaluate(
-        self, state: State, species: str, ours: np.ndarray, theirs: np.ndarray
-    ) -> np.ndarray:
-        """Play all of ours against all of theirs, at the run's cost; capture ticks (us, them)."""
+        ours, theirs = state.genomes(species), opponents.genomes
         if species == 'predator':
             ticks = evaluate_all(self._evaluator, ours, theirs, self._stop)
         else:
             ticks = evaluate_all(self._evaluator, theirs, ours, self._stop).T
-        state.episodes += ticks.size
-        state.ticks += int(ticks.sum(dtype=np.int64))
-        return ticks
+        self._add_cost(state, ticks)
+        return fitness_of(species, ticks, state.episode_ticks)
+
+    def _add_cost(self, state: State, capture_ticks: np.ndarray) -> None:
+        state.episodes += capture_ticks.size
+        state.ticks += int(capture_ticks.sum(dtype=np.int64))
 
     def _save(
         self,

@@ -37,7 +37,7 @@ KINDS: dict[str, Callable[[int, float, np.random.Generator], list[np.ndarray]]] 
 }
 
 
-def mutations(
+def draw_mutations(
     kind: str, genes: int, rate: float, limit: float, rng: np.random.Generator
 ) -> Iterator[Mutation]:
     """Endless mutations: the genes to redraw and their new values from U[-limit, limit).

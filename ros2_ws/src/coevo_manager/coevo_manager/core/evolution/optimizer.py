@@ -7,6 +7,7 @@ import abc
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
+from coevo_manager.core.evolution.mutation import Mutation
 
 
 class Optimizer(abc.ABC):
@@ -48,15 +49,15 @@ class Optimizer(abc.ABC):
     def ask(self) -> np.ndarray:
         """Return candidates to evaluate, float32 (k, genes), each gene in its limits."""
 
-    def ask_ahead(self, generations: int) -> np.ndarray:
-        """Return the candidates of up to that many generations, float32 (g, k, genes).
+    def mutations(self, generations: int) -> list[Mutation] | None:
+        """Return the mutations of the next generations, where those are all there is to ask.
 
-        Those after the first are what `ask` will return if `tell` returns False for all before;
-        each is told in turn, up to the first that replaces ``best``. An optimizer whose next
-        candidates depend on more than that gives one generation.
+        Each generation then has one candidate, ``best`` with some genes redrawn, that takes its
+        place if it is as fit or fitter. All are told in turn, as if each had been asked for. None
+        from an optimizer whose candidates depend on more than that.
         """
         del generations
-        return self.ask()[np.newaxis]
+        return None
 
     @abc.abstractmethod
     def tell(self, fitness: np.ndarray) -> bool:

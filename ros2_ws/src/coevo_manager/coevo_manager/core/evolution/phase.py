@@ -1,24 +1,30 @@
 """One phase: agents evolve against fixed opponents, each lineage on its own.
 
-Agents of a phase do not interact, so they go in groups, and each group asks, submits and tells
-without waiting for the others: no evaluator idles at the end of a generation. Each agent draws
-from its own generator, so that the grouping and the order of answers change no result.
+Agents of a phase do not interact. Each asks for work as soon as its last was done, without waiting
+for the others, and draws from its own generator, so that the order of answers changes no result.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import threading
 from collections.abc import Callable
 
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evaluation import Batch, Evaluator, next_answer
+from coevo_manager.core.evaluation import Batch, Evaluator, Lineage, all_pairs, next_answer
 from coevo_manager.core.evolution import optimizers
 from coevo_manager.core.evolution.optimizer import Optimizer
 from coevo_manager.core.evolution.randomness import generator
 from coevo_manager.core.evolution.state import fitness_of
+
+SHARE = 0.6
+"""Share of its generations left that a lineage is asked for at once, ..."""
+
+SHORTEST_SHARE = 16
+"""... but at least so many: requests are few, and all evaluators end a phase together."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -37,6 +43,8 @@ class Phase:
     training : int64 (n,)
         The agents' fitness summed over the opponents, in ticks.
     opponents : float32 (m, 442)
+    rivals : float32 (N, 442)
+        The opposing population, which every agent meets when it has evolved.
     """
 
     number: int
@@ -45,97 +53,126 @@ class Phase:
     agents: np.ndarray
     training: np.ndarray
     opponents: np.ndarray
+    rivals: np.ndarray
 
 
-@dataclasses.dataclass(slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class Generation:
     """What happened in one generation of a phase, over all agents.
 
     Attributes
     ----------
-    fitness : float64 (n,)
-        Agents' mean fitness over the opponents, after replacement.
+    fitness_mean, fitness_min, fitness_max : float
+        Of the agents' mean fitness over the opponents, after replacement.
     accepted : int
         Agents that were replaced.
     ticks : int
         Ticks simulated.
-    agents : int
-        Agents that have completed it.
     """
 
-    fitness: np.ndarray
-    accepted: int = 0
-    ticks: int = 0
-    agents: int = 0
+    fitness_mean: float
+    fitness_min: float
+    fitness_max: float
+    accepted: int
+    ticks: int
 
 
-class _Group:
-    """Some agents of a phase, whose candidates are evaluated in one batch.
+@dataclasses.dataclass(frozen=True)
+class Evolved:
+    """What a phase has made of its agents.
 
-    A batch may look ahead: it then holds the candidates of several generations of each agent, as
-    they are if none before them is accepted. Those after an accepted one are dropped, and asked
-    for again as they really are, so that looking ahead changes no result.
+    Attributes
+    ----------
+    genomes : float32 (n, 442)
+    training : int64 (n,)
+        Their fitness summed over the opponents, in ticks.
+    capture_ticks : int32 (n, N)
+        Of their episodes against the rivals.
     """
+
+    genomes: np.ndarray
+    training: np.ndarray
+    capture_ticks: np.ndarray
+
+
+class _Agent:
+    """One agent: what it wants to have played next, and how far it has come."""
 
     def __init__(
-        self, phase: Phase, members: np.ndarray, agents: list[Optimizer], episode_ticks: int
+        self, phase: Phase, index: int, optimizer: Optimizer, configuration: Configuration
     ) -> None:
+        self.index = index
+        self.completed = 0
+        self.training = int(phase.training[index])
         self._phase = phase
-        self._episode_ticks = episode_ticks
-        self._agents = {int(member): agents[member] for member in members}
-        self._completed = dict.fromkeys(self._agents, 0)
-        self._accepted = dict.fromkeys(self._agents, 0)
-        self._asked: dict[int, int] = {}
+        self._optimizer = optimizer
+        self._candidates = optimizer.candidates(configuration)
+        self._most = len(phase.opponents) * configuration.episode_ticks
 
-    def ask(self, lookahead: int) -> Batch | None:
-        """Return the next candidates against the opponents; None when the phase is over.
+    @property
+    def genome(self) -> np.ndarray:
+        """The agent as it is now, float32 (442,)."""
+        return self._optimizer.best
 
-        Each agent looks ahead, up to `lookahead` generations, about a quarter of the way to its
-        next success at the rate of this phase: an eighth of what it asks for is then in vain.
-        """
-        self._asked = {
-            member: min(
-                lookahead,
-                1 + completed // (1 + 4 * self._accepted[member]),
-                self._phase.generations - completed,
-            )
-            for member, completed in self._completed.items()
-            if completed < self._phase.generations
-        }
-        if not self._asked:
-            return None
-        candidates = [self._agents[m].ask_ahead(count) for m, count in self._asked.items()]
-        self._asked = dict(zip(self._asked, map(len, candidates), strict=True))
-        genomes = np.concatenate(candidates).reshape(-1, candidates[0].shape[-1])
-        opponents = self._phase.opponents
-        index = np.indices((len(genomes), len(opponents)), np.uint32).reshape(2, -1)
-        ours, theirs = (genomes, index[0]), (opponents, index[1])
-        predator, prey = (ours, theirs) if self._phase.species == 'predator' else (theirs, ours)
-        return Batch(predator[0], prey[0], predator[1], prey[1])
+    def next_work(self, longest_lineage: int) -> Batch | Lineage:
+        """Return the next generations of its lineage, or the candidates of one generation."""
+        species, opponents = self._phase.species, self._phase.opponents
+        left = self._phase.generations - self.completed
+        share = max(math.ceil(left * SHARE), min(SHORTEST_SHARE, left))
+        mutations = self._optimizer.mutations(min(share, longest_lineage))
+        if mutations is None:
+            return all_pairs(species, self._optimizer.ask(), opponents)
+        genes, values = zip(*mutations, strict=True)
+        return Lineage(
+            species,
+            self.genome.copy(),
+            fitness_of(species, self.training, self._most),
+            opponents,
+            np.array([len(redrawn) for redrawn in genes], np.uint32),
+            np.concatenate(genes).astype(np.uint32),
+            np.concatenate(values),
+        )
 
-    def tell(self, capture_ticks: np.ndarray, records: list[Generation]) -> None:
-        """Give each optimizer its candidates' fitness and record the outcome."""
-        steps = sum(self._asked.values())
+    def take(self, capture_ticks: np.ndarray, journal: _Journal) -> None:
+        """Go on by the generations whose episodes were played."""
         opponents = len(self._phase.opponents)
-        totals = capture_ticks.reshape(steps, -1, opponents).sum(axis=2, dtype=np.int64)
-        most = opponents * self._episode_ticks
-        fitness = fitness_of(self._phase.species, totals, most) / most
-        ticks = totals.sum(axis=1).tolist()
-        first = 0
-        for member, count in self._asked.items():
-            agent = self._agents[member]
-            for step in range(first, first + count):
-                record = records[self._completed[member]]
-                accepted = agent.tell(fitness[step])
-                record.accepted += accepted
-                record.fitness[member] = agent.best_fitness
-                record.ticks += ticks[step]
-                record.agents += 1
-                self._completed[member] += 1
-                self._accepted[member] += accepted
-                if accepted:
-                    break
-            first += count
+        episodes = capture_ticks.reshape(-1, self._candidates, opponents)
+        totals = episodes.sum(axis=2, dtype=np.int64)
+        accepted, best = [], []
+        for fitness in fitness_of(self._phase.species, totals, self._most) / self._most:
+            accepted.append(self._optimizer.tell(fitness))
+            best.append(self._optimizer.best_fitness)
+        self.training = round(self._optimizer.best_fitness * self._most)
+        first, self.completed = self.completed, self.completed + len(totals)
+        done = slice(first, self.completed)
+        journal.fitness[done, self.index] = best
+        journal.accepted[done, self.index] = accepted
+        journal.ticks[done, self.index] = totals.sum(axis=1)
+
+
+class _Journal:
+    """What is known of each generation and agent, and what was told of it."""
+
+    def __init__(self, generations: int, agents: int) -> None:
+        self.fitness = np.empty((generations, agents))
+        self.accepted = np.empty((generations, agents), bool)
+        self.ticks = np.empty((generations, agents), np.int64)
+        self._told = 0
+
+    def tell(self, completed: int, on_generation: Callable[[Generation], None]) -> None:
+        """Tell of the generations up to `completed` that were not told before."""
+        new = slice(self._told, completed)
+        self._told = completed
+        fitness = self.fitness[new]
+        for values in zip(
+            fitness.mean(axis=1).tolist(),
+            fitness.min(axis=1).tolist(),
+            fitness.max(axis=1).tolist(),
+            self.accepted[new].sum(axis=1).tolist(),
+            self.ticks[new].sum(axis=1).tolist(),
+            strict=True,
+        ):
+            on_generation(Generation(*values))
 
 
 def evolve(
@@ -144,7 +181,7 @@ def evolve(
     evaluator: Evaluator,
     stop: threading.Event,
     on_generation: Callable[[Generation], None],
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Evolved:
     """Run a phase.
 
     Parameters
@@ -157,51 +194,45 @@ def evolve(
     on_generation : callable
         Called with each completed generation, in order.
 
-    Returns
-    -------
-    genomes : float32 (n, 442)
-        The evolved agents.
-    training : int64 (n,)
-        Their fitness summed over the opponents, in ticks.
-
     Raises
     ------
     StoppedError
     """
+    agents = _make_agents(phase, configuration)
+    journal = _Journal(phase.generations, len(agents))
+    capture_ticks = np.empty((len(agents), len(phase.rivals)), np.int32)
+    idle = agents.copy()
+    running: dict[int, _Agent] = {}
+    while idle or running:
+        while idle and len(running) < evaluator.slots:
+            agent = min(idle, key=lambda agent: agent.completed)
+            idle.remove(agent)
+            if agent.completed < phase.generations:
+                work = agent.next_work(evaluator.longest_lineage)
+            else:
+                work = all_pairs(phase.species, agent.genome[np.newaxis], phase.rivals)
+            running[evaluator.submit(work)] = agent
+        ticket, ticks = next_answer(evaluator, stop)
+        agent = running.pop(ticket)
+        if agent.completed < phase.generations:
+            agent.take(ticks, journal)
+            idle.append(agent)
+            journal.tell(min(agent.completed for agent in agents), on_generation)
+        else:
+            capture_ticks[agent.index] = ticks
+    return Evolved(
+        np.array([agent.genome for agent in agents]),
+        np.array([agent.training for agent in agents]),
+        capture_ticks,
+    )
+
+
+def _make_agents(phase: Phase, configuration: Configuration) -> list[_Agent]:
     most = len(phase.opponents) * configuration.episode_ticks
     kind = optimizers.load(configuration.optimizer)
-    agents = [
-        kind(
-            genome,
-            fitness / most,
-            configuration,
-            generator(configuration.seed, 'agent', phase.number, agent),
-        )
-        for agent, (genome, fitness) in enumerate(zip(phase.agents, phase.training, strict=True))
-    ]
-    groups = [
-        _Group(phase, members, agents, configuration.episode_ticks)
-        for members in np.array_split(np.arange(len(agents)), min(evaluator.slots, len(agents)))
-    ]
-    records = [Generation(np.empty(len(agents))) for _ in range(phase.generations)]
-    reported = 0
-    lookahead = evaluator.lookahead
-    running: dict[int, _Group] = {}
-
-    def submit(group: _Group) -> None:
-        if (batch := group.ask(lookahead)) is not None:
-            running[evaluator.submit(batch)] = group
-
-    for group in groups:
-        submit(group)
-    while running:
-        ticket, ticks = next_answer(evaluator, stop)
-        group = running.pop(ticket)
-        group.tell(ticks, records)
-        submit(group)
-        while reported < len(records) and records[reported].agents == len(agents):
-            on_generation(records[reported])
-            reported += 1
-    genomes = np.array([agent.best for agent in agents])
-    training = np.array([round(agent.best_fitness * most) for agent in agents])
-    return genomes, training
+    agents = []
+    for index, (genome, training) in enumerate(zip(phase.agents, phase.training, strict=True)):
+        rng = generator(configuration.seed, 'agent', phase.number, index)
+        optimizer = kind(genome, training / most, configuration, rng)
+        agents.append(_Agent(phase, index, optimizer, configuration))
+    return agents

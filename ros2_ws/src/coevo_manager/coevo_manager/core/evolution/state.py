@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TypeVar
 
 import numpy as np
+
+Ticks = TypeVar('Ticks', np.ndarray, int)
 
 SPECIES = ('predator', 'prey')
 
@@ -80,6 +83,6 @@ class State:
         return self.capture_ticks if species == 'predator' else self.capture_ticks.T
 
 
-def fitness_of(species: str, capture_ticks: np.ndarray, episode_ticks: int) -> np.ndarray:
+def fitness_of(species: str, capture_ticks: Ticks, episode_ticks: int) -> Ticks:
     """Return fitness in ticks, of the shape of the capture ticks (or their sums)."""
     return episode_ticks - capture_ticks if species == 'predator' else capture_ticks

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import collections
+import itertools
 
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.mutation import Mutation, mutations
+from coevo_manager.core.evolution.mutation import Mutation, draw_mutations
 from coevo_manager.core.evolution.optimizer import Optimizer
 from neuro_controller.core.genome import GENE_RANGE
 
@@ -23,11 +24,10 @@ class OnePlusOne(Optimizer):
         rng: np.random.Generator,
     ) -> None:
         super().__init__(parent, fitness, configuration, rng)
-        self._mutations = mutations(
+        self._draws = draw_mutations(
             configuration.mutation, len(parent), configuration.mutation_rate, GENE_RANGE, rng
         )
-        self._drawn: collections.deque[Mutation] = collections.deque()
-        self._offspring: collections.deque[np.ndarray] = collections.deque()
+        self._ahead: collections.deque[Mutation] = collections.deque()
 
     @staticmethod
     def candidates(configuration: Configuration) -> int:
@@ -36,19 +36,26 @@ class OnePlusOne(Optimizer):
 
     def ask(self) -> np.ndarray:
         """Mutate the parent."""
-        return self.ask_ahead(1)[0]
+        offspring = self.best.copy()
+        _mutate(offspring, *self.mutations(1))
+        return offspring[np.newaxis]
 
-    def ask_ahead(self, generations: int) -> np.ndarray:
-        """Mutate the parent by each of the next mutations, which no outcome changes."""
-        while len(self._drawn) < generations:
-            self._drawn.append(next(self._mutations))
-        offspring = np.repeat(self.best[np.newaxis, np.newaxis], generations, axis=0)
-        for (genome,), (genes, values) in zip(offspring, self._drawn, strict=False):
-            genome[genes] = values
-        self._offspring = collections.deque(offspring)
-        return offspring
+    def mutations(self, generations: int) -> list[Mutation]:
+        """Return the next mutations, which no outcome changes."""
+        while len(self._ahead) < generations:
+            self._ahead.append(next(self._draws))
+        return list(itertools.islice(self._ahead, generations))
 
     def tell(self, fitness: np.ndarray) -> bool:
         """Keep the better of parent and offspring."""
-        self._drawn.popleft()
-        return self._keep_best(self._offspring.popleft(), fitness)
+        mutation = self._ahead.popleft()
+        if fitness[0] < self.best_fitness:
+            return False
+        _mutate(self.best, mutation)
+        self.best_fitness = float(fitness[0])
+        return True
+
+
+def _mutate(genome: np.ndarray, mutation: Mutation) -> None:
+    genes, values = mutation
+    genome[genes] = values
