@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ros_processes import wait_until
 
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evaluation import LocalEvaluator
@@ -79,7 +80,7 @@ def go_on(folder, configuration, slots):
 
 def test_killed_again_and_again(tmp_path):
     """kill -9 at random moments, till the run is through; in one slot and in three."""
-    configuration = load_configuration({**VALUES, 'phases': 24})
+    configuration = load_configuration({**VALUES, 'phases': 72})
     expected = run_whole(tmp_path / 'whole', configuration)
     rng = random.Random(4)
     for slots in (1, 3):
@@ -279,6 +280,8 @@ def test_a_full_disk_loses_nothing(tmp_path, whole, file_size_limit, victim, pha
 
     def observer(stats):
         if isinstance(stats, PhaseStats) and stats.phase == phase:
+            checkpoint = folder / 'checkpoint' / f'phase_{phase:06d}.npz'
+            wait_until(checkpoint.exists, f'the checkpoint of phase {phase}')
             file_size_limit(size)
 
     evolution = Evolution(configuration, evaluator_of(configuration), folder, observer)

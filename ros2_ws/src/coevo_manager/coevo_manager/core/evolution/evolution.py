@@ -44,8 +44,8 @@ class Evolution:
     run_folder : Path or str
         Folder to create; an existing one must be empty.
     observer : Observer, optional
-        Called with `GenerationStats` after each generation, and with `PhaseStats` after the
-        checkpoint of each phase.
+        Called with `GenerationStats` after each generation, and with `PhaseStats` after each
+        phase, while its checkpoint is being written.
 
     Raises
     ------
@@ -130,10 +130,12 @@ class Evolution:
                 self._state = self._first_state()
             while generations := self._budget.generations_left(self._state):
                 self._run_phase(self._state, generations)
+            self._folder.finish_saving()
             report = self._report(self._state)
             self.log('finished')
         except StoppedError:
             self.log('stopped on request')
+            self._folder.finish_saving()
         except BaseException as error:
             self.log(f'ended by {type(error).__name__}: {error}')
             raise

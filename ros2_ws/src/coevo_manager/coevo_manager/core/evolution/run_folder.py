@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import copy
 import datetime
 import fcntl
 import json
@@ -10,6 +11,7 @@ import os
 import platform
 import threading
 from collections.abc import Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import metadata
 from pathlib import Path
 
@@ -100,6 +102,8 @@ class RunFolder:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._writer = ThreadPoolExecutor(1)
+        self._saving: Future[None] | None = None
         self._logs: dict[str, DurableLog] = {}
         self._events_lock = threading.Lock()
         with self._writing('run.log'):
@@ -172,13 +176,42 @@ class RunFolder:
         phase: PhaseStats,
         snapshot: bool,
     ) -> None:
-        """Put a completed phase on disk: logs, snapshot if wanted, checkpoint.
+        """Begin to put a completed phase on disk: logs, snapshot if wanted, checkpoint.
+
+        It is written while the run goes on; that of the phase before is on disk by now.
 
         Raises
         ------
         RunFolderError
-            A file could not be written; the folder is as it was after the phase before.
+            That could not be written; the folder is as it was before it.
         """
+        self.finish_saving()
+        kept = copy.deepcopy((state, algorithm))
+        self._saving = self._writer.submit(
+            self._save, configuration, *kept, tuple(generations), phase, snapshot
+        )
+
+    def finish_saving(self) -> None:
+        """Wait until the last completed phase is on disk.
+
+        Raises
+        ------
+        RunFolderError
+            It could not be written; the folder is as it was after the phase before.
+        """
+        if self._saving is not None:
+            saving, self._saving = self._saving, None
+            saving.result()
+
+    def _save(
+        self,
+        configuration: Configuration,
+        state: State,
+        algorithm: Algorithm,
+        generations: Iterable[GenerationStats],
+        phase: PhaseStats,
+        snapshot: bool,
+    ) -> None:
         for name, rows in (('generations', generations), ('phases', (phase,))):
             with self._writing(f'{name}.csv'):
                 self._logs[name].append(''.join(_row(stats, _LOGS[name]) for stats in rows))
@@ -216,7 +249,8 @@ class RunFolder:
             self._events.flush()
 
     def close(self) -> None:
-        """Close the files and let others use the folder."""
+        """Close the files, when all is written, and let others use the folder."""
+        self._writer.shutdown()
         for log in self._logs.values():
             log.close()
         with self._events_lock, contextlib.suppress(OSError):
