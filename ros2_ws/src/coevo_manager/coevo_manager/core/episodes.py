@@ -21,8 +21,9 @@ __all__ = [
     'trace_pair',
 ]
 
-_CHUNK = 512
-"""Episodes a thread takes at a time, at most: few enough for all to end together."""
+_CHUNK = 128
+"""Episodes a thread takes at a time, at most: few enough for all to end together, and enough for
+threads not to wait for Python's lock."""
 
 
 def evaluate_pairs(
