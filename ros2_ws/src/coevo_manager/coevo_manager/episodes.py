@@ -1,23 +1,20 @@
 """The episodes node: playing an episode over topics as an action."""
 
-import signal
 import sys
 import threading
 from pathlib import Path
 
 import numpy as np
-import rclpy
 from coevo_msgs.action import RunEpisode
 from geometry_msgs.msg import Pose2D
 from rclpy.action import ActionServer, CancelResponse
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from coevo_manager.bag import BagWriter
 from coevo_manager.episode_player import EpisodePlayer
 from coevo_manager.evaluation_messages import to_environment
+from node_runner import run_node
 
 
 class EpisodesNode(Node):
@@ -115,24 +112,9 @@ def _complexity(wheels):
     return float(change.sum() / 2 / (2 * len(wheels)))
 
 
-def main(arguments=None):
+def main():
     """Run the executable ``episodes`` until it is stopped; return its exit code."""
-    rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
-    node = EpisodesNode()
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not stop.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    node.stop()
-    while node.busy:
-        executor.spin_once(timeout_sec=0.1)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+    return run_node(EpisodesNode)
 
 
 if __name__ == '__main__':

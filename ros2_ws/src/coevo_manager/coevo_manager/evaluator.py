@@ -32,8 +32,8 @@ from coevo_manager.evaluation_messages import (
     to_lineage,
     to_sequence,
 )
-from coevo_manager.start import own_arguments, start_ros
 from neuro_controller.core.genome import GENES
+from node_runner import own_arguments, start_ros
 
 WAIT = 0.1
 """Longest wait for a request, s: a signal is honoured within this time."""

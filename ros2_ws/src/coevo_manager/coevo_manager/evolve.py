@@ -13,7 +13,7 @@ from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.evolve_options import Options, read_options
 from coevo_manager.run import Plan, Run, make_plan
 from coevo_manager.run_display import make_display
-from coevo_manager.start import own_arguments, start_ros
+from node_runner import own_arguments, start_ros
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

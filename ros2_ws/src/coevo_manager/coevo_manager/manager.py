@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import rclpy
 import yaml
 from coevo_msgs.action import Evolve
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.run import Plan, Run, Status, make_plan, to_message
-from coevo_manager.start import start_ros
+from node_runner import run_node
 
 
 class ManagerNode(Node):
@@ -103,7 +98,7 @@ class ManagerNode(Node):
     def _evolve(self, goal: ServerGoalHandle, result: Evolve.Result, done: Future) -> None:
         """Fill the result; called in the run's thread."""
         # The run waits for its clients by itself, so they must not be this node's, which is spun.
-        node = rclpy.create_node('evolution', start_parameter_services=False)
+        node = Node('evolution', start_parameter_services=False)
         try:
             plan = _read_goal(goal.request)
             evaluators = self._evaluators.value
@@ -156,30 +151,9 @@ def _read_goal(request: Evolve.Goal) -> Plan:
     return make_plan(values, request.preset, folder, None)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the executable ``manager``; return its exit code."""
-    command_line = list(sys.argv if arguments is None else ['manager', *arguments])
-    start_ros(command_line)
-    stop = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
-    try:
-        node = ManagerNode()
-    except ParameterException as error:
-        print(f'manager: {error}', file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not stop.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    node.stop()
-    while node.busy:
-        executor.spin_once(timeout_sec=0.1)
-    executor.shutdown()
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+def main() -> int:
+    """Run the executable ``manager`` until it is stopped; return its exit code."""
+    return run_node(ManagerNode)
 
 
 if __name__ == '__main__':

@@ -2,8 +2,6 @@
 
 import sys
 
-from rclpy.utilities import remove_ros_args
-
 from coevo_manager.bag import BagWriter
 from coevo_manager.episode_options import (
     add_environment_options,
@@ -14,7 +12,7 @@ from coevo_manager.episode_options import (
 )
 from coevo_manager.episode_player import EpisodePlayer
 from coevo_manager.evolve_options import Parser
-from node_runner import run_ros
+from node_runner import own_arguments, run_ros
 
 
 def _parser():
@@ -47,7 +45,7 @@ def _parser():
 def main(arguments=None):
     """Run the executable; return its exit code."""
     command_line = list(sys.argv if arguments is None else ['record', *arguments])
-    options = _parser().parse_args(remove_ros_args(command_line)[1:])
+    options = _parser().parse_args(own_arguments(command_line))
 
     def play():
         environment = read_environment(options)

@@ -6,14 +6,13 @@ from pathlib import Path
 
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.utilities import remove_ros_args
 from rosbags.highlevel import AnyReader, AnyReaderError
 
 from coevo_manager.episode_options import new_path
 from coevo_manager.evolve_options import Parser
 from coevo_manager.messages import make_typestore, message_class
 from coevo_manager.recorder import GROUND_TRUTH, STATE
-from node_runner import make_executor, run_ros, stop_requested
+from node_runner import make_executor, own_arguments, run_ros, stop_requested
 
 
 class Bag:
@@ -131,7 +130,7 @@ def main(arguments=None):
         '--png', type=new_path, metavar='FILE', help='draw the trajectories instead'
     )
     parser.add_argument('--gif', type=new_path, metavar='FILE', help='draw an animation instead')
-    options = parser.parse_args(remove_ros_args(command_line)[1:])
+    options = parser.parse_args(own_arguments(command_line))
     if not 0 < options.rate < float('inf'):
         parser.error(f'argument --rate: is {options.rate}, expected a finite number above 0')
     if options.png is None and options.gif is None:

@@ -7,13 +7,16 @@ single-threaded executor is 1.6 times slower in lockstep than the events executo
 
 from node_runner.complaints import Complaints
 from node_runner.runner import make_executor, run_node, run_ros, settle, stop_requested, wait_until
+from node_runner.start import own_arguments, start_ros
 
 __all__ = [
     'Complaints',
     'make_executor',
+    'own_arguments',
     'run_node',
     'run_ros',
     'settle',
+    'start_ros',
     'stop_requested',
     'wait_until',
 ]

@@ -6,13 +6,15 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from typing import Protocol, runtime_checkable
 
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
+
+from node_runner.start import start_ros
 
 SPIN_TIMEOUT = 0.1
 """Longest wait of one turn of the loop, s: a signal is honoured within this time."""
@@ -20,10 +22,24 @@ SPIN_TIMEOUT = 0.1
 SETTLING_TIME = 0.3
 """How long `settle` waits, s."""
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 stop_requested = threading.Event()
-"""Set by the first SIGINT or SIGTERM of a process that called `run_node`."""
+"""Set by the first SIGINT, SIGTERM or SIGHUP of a process that called `run_node`."""
+
+
+@runtime_checkable
+class Worker(Protocol):
+    """A node that works in threads of its own, beside what its callbacks do."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether there is work under way."""
+        ...
+
+    def stop(self) -> None:
+        """Ask the work under way to end soon."""
+        ...
 
 
 def make_executor(node: Node) -> Executor:
@@ -34,7 +50,7 @@ def make_executor(node: Node) -> Executor:
 
 
 def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
-    """Do something with ROS 2 until it is done or SIGINT or SIGTERM comes; leave nothing behind.
+    """Do something with ROS 2 until it is done or a signal comes; leave nothing behind.
 
     Parameters
     ----------
@@ -43,14 +59,14 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
         signal came. `ValueError` is bad input, `RuntimeError` and `TimeoutError` are
         failures: their text is printed on stderr.
     args
-        Command line with the ``--ros-args``; None takes ``sys.argv``.
+        Command line, with the name of the program and the ``--ros-args``; None takes ``sys.argv``.
 
     Returns
     -------
     int
         Exit code: 0 after a signal, 2 after bad input, 1 after a failure, else that of `work`.
     """
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    start_ros(sys.argv if args is None else args)
     for number in _SIGNALS:
         signal.signal(number, lambda *_: stop_requested.set())
     try:
@@ -68,7 +84,7 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
 
 
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Spin a node until SIGINT or SIGTERM; see `run_ros`."""
+    """Spin a node until a signal comes, see `run_ros`; a `Worker` then ends its work first."""
 
     def spin() -> int:
         node = _interruptible(make_node)
@@ -76,6 +92,10 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         try:
             while not stop_requested.is_set():
                 executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+            if isinstance(node, Worker):
+                node.stop()
+                while node.busy:
+                    executor.spin_once(timeout_sec=SPIN_TIMEOUT)
         finally:
             executor.shutdown()
             node.destroy_node()

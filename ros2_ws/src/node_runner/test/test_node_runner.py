@@ -45,7 +45,14 @@ def test_exit_codes_and_sentences(start, body, code, sentence):
     assert process.stderr_text.strip() == sentence
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_bad_ros_arguments_are_refused_in_one_sentence(start):
+    process = start([*program('return 0'), '--ros-args', '--nonsense'])
+    assert process.wait(30) == 2
+    (line,) = process.stderr_text.splitlines()
+    assert '--nonsense' in line
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_a_wait_with_exit_code_0(start, number):
     body = "print('up', flush=True); wait_until(make_executor(Node('n')), lambda: 0, 60, 'rain')"
     process = start(program(body))

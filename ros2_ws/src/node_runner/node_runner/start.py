@@ -1,4 +1,4 @@
-"""The start of an executable."""
+"""The command line of an executable, and the start of rclpy."""
 
 from __future__ import annotations
 
