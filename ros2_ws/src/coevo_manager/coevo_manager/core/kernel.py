@@ -1,6 +1,9 @@
 """The fused episode: eight pairs of robots side by side, lanes refilled as episodes end."""
 
+from typing import NamedTuple
+
 import numba
+import numpy as np
 
 from marxbot_sim.core.disturbance import begin_at, disturb_readings, disturb_wheels
 from marxbot_sim.core.layout import LEFT, RIGHT
@@ -17,40 +20,56 @@ VARIATION, LAST_ADVANCE, LAST_TURN = range(3)
 COMPLEXITY_ROWS = 3
 
 
+class Rows(NamedTuple):
+    """The state of the robots of eight episodes, float32 arrays of shape (rows, 16).
+
+    See `marxbot_sim.core.layout` and `neuro_controller.core.network` for their rows; ``start`` has
+    the bodies at the start of an episode, ``complexity`` what `add_variation` sums.
+    """
+
+    start: np.ndarray
+    bodies: np.ndarray
+    arena: np.ndarray
+    readings: np.ndarray
+    weights: np.ndarray
+    settings: np.ndarray
+    memory: np.ndarray
+    history: np.ndarray
+    inputs: np.ndarray
+    wheels: np.ndarray
+    complexity: np.ndarray
+
+
 @numba.njit(forceinline=True)
-def decide(
-    bodies,
-    arena,
-    obstacle,
-    readings,
-    weights,
-    settings,
-    memory,
-    history,
-    slot,
-    inputs,
-    wheels,
-    disturbance,
-):
+def decide(rows, obstacle, slot, disturbance):
     """Let the robots of eight episodes sense and set their wheels.
 
     With ``disturbance`` None, a type of its own, this is compiled as if perturbations did not
     exist; otherwise ``disturbance.rolling`` has the wheel speeds with which the robots move.
     """
-    sense(bodies, arena, obstacle, readings)
+    sense(rows.bodies, rows.arena, obstacle, rows.readings)
     if disturbance is not None:
-        disturb_readings(disturbance, readings)
-    control(readings, weights, settings, memory, history, slot, inputs, wheels)
+        disturb_readings(disturbance, rows.readings)
+    control(
+        rows.readings,
+        rows.weights,
+        rows.settings,
+        rows.memory,
+        rows.history,
+        slot,
+        rows.inputs,
+        rows.wheels,
+    )
     if disturbance is not None:
-        disturb_wheels(disturbance, wheels)
+        disturb_wheels(disturbance, rows.wheels)
 
 
 @numba.njit(forceinline=True)
-def _move(bodies, wheels, arena, obstacle, disturbance):
+def _move(rows, obstacle, disturbance):
     """Move the robots of eight episodes; return where the prey was captured, as lane bits."""
     if disturbance is not None:
-        return lane_bits(move(bodies, disturbance.rolling, arena, obstacle))
-    return lane_bits(move(bodies, wheels, arena, obstacle))
+        return lane_bits(move(rows.bodies, disturbance.rolling, rows.arena, obstacle))
+    return lane_bits(move(rows.bodies, rows.wheels, rows.arena, obstacle))
 
 
 @numba.njit(forceinline=True)
@@ -67,43 +86,25 @@ def add_variation(wheels, complexity):
 
 
 @numba.njit
-def start_robot(lane, genome, start, bodies, weights, memory, complexity):
+def start_robot(lane, genome, rows):
     """Put a robot at its start, at rest, with that genome's weights in its lane."""
-    for i in range(bodies.shape[0]):
-        bodies[i, lane] = start[i, lane]
+    for i in range(rows.bodies.shape[0]):
+        rows.bodies[i, lane] = rows.start[i, lane]
     for i in range(GENES):
-        weights[i, lane] = genome[i]
+        rows.weights[i, lane] = genome[i]
     for i in range(LEAKS, LEAKS + HIDDEN):
-        weights[i, lane] = abs(genome[i]) / GENE_RANGE
+        rows.weights[i, lane] = abs(genome[i]) / GENE_RANGE
     for i in range(MEMORY_ROWS):
-        memory[i, lane] = 0.0
+        rows.memory[i, lane] = 0.0
     for i in range(HIDDEN):
-        memory[RECALL + i, lane] = genome[HIDDEN_BIASES + i]
+        rows.memory[RECALL + i, lane] = genome[HIDDEN_BIASES + i]
     for i in range(COMPLEXITY_ROWS):
-        complexity[i, lane] = 0.0
+        rows.complexity[i, lane] = 0.0
 
 
 @compile_kernel
 def run_episodes(
-    lane_episode,
-    clock,
-    start,
-    bodies,
-    arena,
-    obstacle,
-    readings,
-    weights,
-    settings,
-    memory,
-    history,
-    inputs,
-    wheels,
-    complexity,
-    measure,
-    episode_ticks,
-    disturbance,
-    seed,
-    rings,
+    lane_episode, clock, rows, obstacle, measure, episode_ticks, disturbance, seed, rings
 ):
     """Run episodes until a request is finished, or an episode ends and no other takes its lanes.
 
@@ -113,8 +114,10 @@ def run_episodes(
         Number of the episode in each pair of lanes, or `schedule.IDLE`; updated.
     clock : int64 array, shape (1,)
         Ticks run so far; updated.
-    start, bodies, ..., complexity : float32 arrays, shape (rows, 16)
-        State of the lanes, see `marxbot_sim.core.layout` and `neuro_controller.core.network`.
+    rows : Rows
+        Updated.
+    obstacle : bool
+        Whether the cylinder stands at the centre.
     measure : bool
         Whether to sum the behaviours' variation.
     episode_ticks : int
@@ -142,11 +145,13 @@ def run_episodes(
                     episode = row(rings.episodes, lane_episode[pair])
                     predator = row(rings.genomes, episode['predator'])
                     prey = row(rings.genomes, episode['prey'])
-                    start_robot(pair, predator, start, bodies, weights, memory, complexity)
-                    start_robot(pair + HALF, prey, start, bodies, weights, memory, complexity)
+                    start_robot(pair, predator, rows)
+                    start_robot(pair + HALF, prey, rows)
                     if disturbance is not None:
-                        begin_at(disturbance, pair, seed, episode_number(prey), bodies)
-                        begin_at(disturbance, pair + HALF, seed, episode_number(predator), bodies)
+                        begin_at(disturbance, pair, seed, episode_number(prey), rows.bodies)
+                        begin_at(
+                            disturbance, pair + HALF, seed, episode_number(predator), rows.bodies
+                        )
             if lane_episode[pair] != IDLE:
                 busy |= 1 << pair
             else:
@@ -158,33 +163,20 @@ def run_episodes(
         while ended == 0:
             slot = clock[0] % FATIGUE_TICKS
             clock[0] += 1
-            decide(
-                bodies,
-                arena,
-                obstacle,
-                readings,
-                weights,
-                settings,
-                memory,
-                history,
-                slot,
-                inputs,
-                wheels,
-                disturbance,
-            )
-            captured = _move(bodies, wheels, arena, obstacle, disturbance)
+            decide(rows, obstacle, slot, disturbance)
+            captured = _move(rows, obstacle, disturbance)
             if measure:
-                add_variation(wheels, complexity)
-            ended = (captured | lane_bits(load(memory, TICKS) >= episode_ticks)) & busy
+                add_variation(rows.wheels, rows.complexity)
+            ended = (captured | lane_bits(load(rows.memory, TICKS) >= episode_ticks)) & busy
         for pair in range(HALF):
             if ended >> pair & 1:
-                ticks = int(memory[TICKS, pair])
+                ticks = int(rows.memory[TICKS, pair])
                 ended_request = end_episode(
                     rings,
                     lane_episode[pair],
                     ticks,
-                    complexity[VARIATION, pair] / (2 * ticks),
-                    complexity[VARIATION, pair + HALF] / (2 * ticks),
+                    rows.complexity[VARIATION, pair] / (2 * ticks),
+                    rows.complexity[VARIATION, pair + HALF] / (2 * ticks),
                 )
                 finished = finished or ended_request
                 lane_episode[pair] = IDLE

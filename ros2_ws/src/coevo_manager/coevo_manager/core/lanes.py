@@ -10,12 +10,12 @@ from neuro_controller.core.genome import GENES, SENSORS
 from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, SETTING_ROWS
 from simd_lanes import HALF, aligned_rows
 
-from .kernel import COMPLEXITY_ROWS, run_episodes
+from .kernel import COMPLEXITY_ROWS, Rows, run_episodes
 from .schedule import IDLE
 
 
 class Lanes:
-    """The state of eight episodes, as the kernels take it; every attribute is an array of theirs.
+    """Eight episodes: their numbers, the state of their robots and of the robots' perturbations.
 
     Parameters
     ----------
@@ -25,21 +25,24 @@ class Lanes:
     """
 
     def __init__(self, environment, bodies=None, wheels=None):
-        self.episode = np.full(HALF, IDLE, dtype=np.int64)
-        self.start = start_bodies()
-        self.bodies = start_bodies() if bodies is None else bodies
-        self.arena = arena_rows(environment.arena)
-        self.settings = aligned_rows(SETTING_ROWS)
+        settings = aligned_rows(SETTING_ROWS)
         for robot, speed in enumerate(environment.max_wheel_speeds):
             column = settings_column(speed, environment.motor_map, environment.episode_ticks)
-            self.settings[:, robot * HALF : robot * HALF + HALF] = column[:, None]
-        self.readings = aligned_rows(READING_ROWS)
-        self.weights = aligned_rows(GENES)
-        self.memory = aligned_rows(MEMORY_ROWS)
-        self.history = aligned_rows(FATIGUE_TICKS)
-        self.inputs = aligned_rows(SENSORS)
-        self.wheels = aligned_rows(WHEEL_ROWS) if wheels is None else wheels
-        self.complexity = aligned_rows(COMPLEXITY_ROWS)
+            settings[:, robot * HALF : robot * HALF + HALF] = column[:, None]
+        self.episode = np.full(HALF, IDLE, dtype=np.int64)
+        self.rows = Rows(
+            start=start_bodies(),
+            bodies=start_bodies() if bodies is None else bodies,
+            arena=arena_rows(environment.arena),
+            readings=aligned_rows(READING_ROWS),
+            weights=aligned_rows(GENES),
+            settings=settings,
+            memory=aligned_rows(MEMORY_ROWS),
+            history=aligned_rows(FATIGUE_TICKS),
+            inputs=aligned_rows(SENSORS),
+            wheels=aligned_rows(WHEEL_ROWS) if wheels is None else wheels,
+            complexity=aligned_rows(COMPLEXITY_ROWS),
+        )
         self.disturbance = make_disturbance(
             environment.perturbations, environment.max_wheel_speeds
         )
@@ -70,25 +73,15 @@ class KinematicPlayer:
         ----------
         rings : schedule.Rings
         """
-        lanes = self._lanes
+        environment, lanes = self._environment, self._lanes
         return run_episodes(
             lanes.episode,
             self._clock,
-            lanes.start,
-            lanes.bodies,
-            lanes.arena,
-            self._environment.obstacle,
-            lanes.readings,
-            lanes.weights,
-            lanes.settings,
-            lanes.memory,
-            lanes.history,
-            lanes.inputs,
-            lanes.wheels,
-            lanes.complexity,
+            lanes.rows,
+            environment.obstacle,
             self._measure,
-            self._environment.episode_ticks,
+            environment.episode_ticks,
             lanes.disturbance,
-            self._environment.perturbations.seed,
+            environment.perturbations.seed,
             rings,
         )

@@ -18,41 +18,14 @@ ARENAS = 32
 
 
 @compile_kernel
-def _start(lane, genome, start, bodies, weights, memory, complexity):
-    start_robot(lane, genome, start, bodies, weights, memory, complexity)
+def _start(lane, genome, rows):
+    start_robot(lane, genome, rows)
 
 
 @compile_kernel
-def _decide(
-    bodies,
-    arena,
-    obstacle,
-    readings,
-    weights,
-    settings,
-    memory,
-    history,
-    slot,
-    inputs,
-    wheels,
-    disturbance,
-    complexity,
-):
-    decide(
-        bodies,
-        arena,
-        obstacle,
-        readings,
-        weights,
-        settings,
-        memory,
-        history,
-        slot,
-        inputs,
-        wheels,
-        disturbance,
-    )
-    add_variation(wheels, complexity)
+def _decide(rows, obstacle, slot, disturbance):
+    decide(rows, obstacle, slot, disturbance)
+    add_variation(rows.wheels, rows.complexity)
 
 
 class PymunkPlayer:
@@ -90,10 +63,10 @@ class PymunkPlayer:
                 ended = self._tick() & busy
             for block, pair in np.argwhere(ended):
                 lanes = self._blocks[block]
-                ticks = int(lanes.memory[TICKS, pair])
+                ticks = int(lanes.rows.memory[TICKS, pair])
                 complexity = np.zeros(2)
                 if self._measure:
-                    variation = lanes.complexity[VARIATION, [pair, pair + HALF]]
+                    variation = lanes.rows.complexity[VARIATION, [pair, pair + HALF]]
                     complexity = variation.astype(np.float64) / (2 * ticks)
                 ended_request = end_episode(rings, lanes.episode[pair], ticks, *complexity)
                 finished = finished or ended_request
@@ -118,15 +91,7 @@ class PymunkPlayer:
         opponents = episode_numbers(players[::-1])
         for robot, genome in enumerate(players):
             lane = pair + robot * HALF
-            _start(
-                lane,
-                genome,
-                lanes.start,
-                lanes.bodies,
-                lanes.weights,
-                lanes.memory,
-                lanes.complexity,
-            )
+            _start(lane, genome, lanes.rows)
             if lanes.disturbance is not None:
                 key = self._environment.perturbations.seed, opponents[robot]
                 begin(lanes.disturbance, lane, *key)
@@ -138,23 +103,9 @@ class PymunkPlayer:
         slot = self._clock % FATIGUE_TICKS
         self._clock += 1
         for lanes, wheels in zip(self._blocks, self._arenas.wheels, strict=True):
-            _decide(
-                lanes.bodies,
-                lanes.arena,
-                self._environment.obstacle,
-                lanes.readings,
-                lanes.weights,
-                lanes.settings,
-                lanes.memory,
-                lanes.history,
-                slot,
-                lanes.inputs,
-                lanes.wheels,
-                lanes.disturbance,
-                lanes.complexity,
-            )
-            moved = lanes.wheels if lanes.disturbance is None else lanes.disturbance.rolling
+            _decide(lanes.rows, self._environment.obstacle, slot, lanes.disturbance)
+            moved = lanes.rows.wheels if lanes.disturbance is None else lanes.disturbance.rolling
             wheels[:] = moved
         captured = self._arenas.step().reshape(-1, HALF)
-        ticks = np.array([lanes.memory[TICKS, :HALF] for lanes in self._blocks])
+        ticks = np.array([lanes.rows.memory[TICKS, :HALF] for lanes in self._blocks])
         return captured | (ticks >= self._environment.episode_ticks)
