@@ -6,11 +6,9 @@ from .functions import (
     arcsine,
     arctan2,
     cosine,
-    inverse_square_root,
     logistic,
     reciprocal,
     sine_over,
-    square_root,
 )
 from .lanes import (
     HALF,
@@ -28,6 +26,7 @@ from .lanes import (
     minimum,
     select,
     splat,
+    square_root,
     store,
     swap_halves,
 )
@@ -46,7 +45,6 @@ __all__ = [
     'copy_sign',
     'cosine',
     'fma',
-    'inverse_square_root',
     'lane_bits',
     'load',
     'logistic',

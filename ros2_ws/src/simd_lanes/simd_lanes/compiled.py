@@ -142,6 +142,7 @@ _define(operator.invert, _mask, (_mask,), lambda builder, a: builder.not_(a))
 
 _define(plain.fma, _lanes, (_lanes, _lanes, _lanes), _call(f'llvm.fma.v{LANES}f32', _FLOATS, 3))
 _define(plain.absolute, _lanes, (_lanes,), _call(f'llvm.fabs.v{LANES}f32', _FLOATS, 1))
+_define(plain.square_root, _lanes, (_lanes,), _call(f'llvm.sqrt.v{LANES}f32', _FLOATS, 1))
 _define(plain.copy_sign, _lanes, (_lanes, _lanes), _call(f'llvm.copysign.v{LANES}f32', _FLOATS, 2))
 _define(plain.minimum, _lanes, (_lanes, _lanes), _extremum('<'))
 _define(plain.maximum, _lanes, (_lanes, _lanes), _extremum('>'))
@@ -185,17 +186,6 @@ _define(
     (types.int64, _lanes),
     lambda builder, constant, a: builder.bitcast(
         builder.sub(_splat_integer(builder, constant), builder.bitcast(a, _INTS)), _FLOATS
-    ),
-)
-_define(
-    plain.subtract_half_bits,
-    _lanes,
-    (types.int64, _lanes),
-    lambda builder, constant, a: builder.bitcast(
-        builder.sub(
-            _splat_integer(builder, constant), builder.lshr(builder.bitcast(a, _INTS), _shift(1))
-        ),
-        _FLOATS,
     ),
 )
 _define(

@@ -15,7 +15,6 @@ from .lanes import (
     minimum,
     select,
     subtract_bits,
-    subtract_half_bits,
 )
 
 _INTEGER_SHIFT = 12582912.0  # 1.5 * 2**23: adding it rounds a small float32 to an integer
@@ -29,22 +28,6 @@ def reciprocal(x):
     error = fma(-x, estimate, 1.0)
     estimate = fma(estimate, fma(error, error, error), estimate)
     return fma(estimate, fma(-x, estimate, 1.0), estimate)
-
-
-@numba.njit(forceinline=True)
-def inverse_square_root(x):
-    """Return 1/sqrt(x) for 1e-30 < x < 1e30, within 3 ulp, by Newton's method (three steps)."""
-    estimate = subtract_half_bits(0x5F375A86, x)
-    half = x * -0.5
-    estimate = estimate * fma(half * estimate, estimate, 1.5)
-    estimate = estimate * fma(half * estimate, estimate, 1.5)
-    return fma(estimate * 0.5, fma(x * estimate, -estimate, 1.0), estimate)
-
-
-@numba.njit(forceinline=True)
-def square_root(x):
-    """Return sqrt(x) for 1e-20 <= x < 1e30, within 3 ulp, and about 1e10 x below: 0 for 0."""
-    return x * inverse_square_root(maximum(x, 1e-20))
 
 
 @numba.njit(forceinline=True)
@@ -62,14 +45,14 @@ def logistic(x):
     middle = fma(f, 0.055507133, 0.24022120)
     low = fma(f, 0.69314697, 1.0000001)
     power = fma(fma(high, square, middle), square, low)
-    return reciprocal(1.0 + add_exponent(power, shifted))
+    return 1.0 / (1.0 + add_exponent(power, shifted))
 
 
 @numba.njit(forceinline=True)
 def arctan2(y, x):
     """Return the angle of (x, y) in [-pi, pi], within 4e-7, for 1e-30 < max(|x|, |y|) < 1e30."""
     across, along = absolute(y), absolute(x)
-    tangent = minimum(across, along) * reciprocal(maximum(across, along))
+    tangent = minimum(across, along) / maximum(across, along)
     square = tangent * tangent
     series = fma(square, -0.0043553785, 0.023040041)
     series = fma(series, square, -0.057773459)

@@ -140,6 +140,12 @@ def absolute(a):
     return Lanes(np.abs(a.values))
 
 
+def square_root(a):
+    """Return the square root, rounded once; NaN below zero."""
+    with np.errstate(invalid='ignore'):
+        return Lanes(np.sqrt(a.values))
+
+
 def copy_sign(magnitude, sign):
     """Return the magnitude of the one with the sign of the other."""
     return Lanes(np.copysign(_values(magnitude), _values(sign)))
@@ -171,16 +177,6 @@ def subtract_bits(constant, a):
     The starting point of Newton's method for 1/a.
     """
     return Lanes((np.uint32(constant) - a.values.view(np.uint32)).view(np.float32))
-
-
-def subtract_half_bits(constant, a):
-    """Return the float32 whose bit pattern is `constant` less half that of `a`.
-
-    The starting point of Newton's method for 1/sqrt(a).
-    """
-    return Lanes(
-        (np.uint32(constant) - (a.values.view(np.uint32) >> np.uint32(1))).view(np.float32)
-    )
 
 
 def add_exponent(a, n):

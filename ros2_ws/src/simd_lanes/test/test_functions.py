@@ -14,12 +14,10 @@ from simd_lanes import (
     arcsine,
     arctan2,
     cosine,
-    inverse_square_root,
     load,
     logistic,
     reciprocal,
     sine_over,
-    square_root,
     store,
 )
 
@@ -59,9 +57,9 @@ def ulps(result, exact):
     return np.abs(result - exact) / np.spacing(np.abs(exact).astype(F)).astype(float)
 
 
-# Reciprocal and roots act on the mantissa alone: every third value of one octave (or of two), then
-# a sample of all magnitudes.
-OCTAVE, TWO_OCTAVES, RANGE = every(1, 2, 3), every(1, 4, 3), every(1e-30, 1e30, 1009)
+# The reciprocal acts on the mantissa alone: every third value of one octave, then a sample of all
+# magnitudes.
+OCTAVE, RANGE = every(1, 2, 3), every(1e-30, 1e30, 1009)
 
 
 @pytest.mark.parametrize('values', [OCTAVE, RANGE], ids=['octave', 'range'])
@@ -69,22 +67,6 @@ def test_reciprocal_is_within_2_ulp(values):
     result = over(reciprocal)(values)
     assert ulps(result, 1 / values.astype(float)).max() <= 2
     assert (over(reciprocal)(-values) == -result).all()
-
-
-@pytest.mark.parametrize('values', [TWO_OCTAVES, RANGE], ids=['octaves', 'range'])
-def test_inverse_square_root_is_within_3_ulp(values):
-    assert ulps(over(inverse_square_root)(values), 1 / np.sqrt(values.astype(float))).max() <= 3
-
-
-def test_square_root_is_within_3_ulp_and_linear_below():
-    root = over(square_root)
-    for values in (TWO_OCTAVES, every(1e-20, 1e30, 1009)):
-        assert ulps(root(values), np.sqrt(values.astype(float))).max() <= 3
-    tiny = every(1e-38, 1e-20, 10007)
-    assert np.abs(root(tiny) - np.sqrt(tiny.astype(float))).max() <= 1e-10
-    assert root(np.zeros(16)).max() == 0
-    negative = -every(1e-28, 1, 100_003)
-    assert np.abs(root(negative) / (1e10 * negative.astype(float)) - 1).max() < 1e-5
 
 
 def test_logistic_is_within_3e_7_everywhere():
@@ -145,8 +127,7 @@ def test_plain_python_gives_the_same_bits(tmp_path):
     narrow = rng.uniform(-0.5, 0.5, 1600).astype(F)
     cases = {
         'reciprocal': [wide],
-        'inverse_square_root': [np.abs(wide)],
-        'square_root': [wide],
+        'square_root': [np.abs(wide)],
         'logistic': [wide],
         'arctan2': [rng.permutation(wide), wide],
         'arcsine': [narrow],

@@ -18,10 +18,11 @@ from simd_lanes import (
     minimum,
     select,
     splat,
+    square_root,
     store,
     swap_halves,
 )
-from simd_lanes.lanes import add_exponent, subtract_bits, subtract_half_bits
+from simd_lanes.lanes import add_exponent, subtract_bits
 
 F = np.float32
 ROWS = 200
@@ -93,6 +94,12 @@ OPERATIONS = {
     'scalar divided': (1, lambda a: 1.0 / (a + 2e9), lambda a: F(1) / (a + F(2e9))),
     'splat': (1, lambda a: splat(0.3) + a, lambda a: F(0.3) + a),
     'absolute': (1, lambda a: absolute(a), np.abs),
+    'square_root': (1, lambda a: square_root(absolute(a)), lambda a: np.sqrt(np.abs(a))),
+    'root of a negative drops out of a maximum': (
+        1,
+        lambda a: maximum(square_root(-1.0 - absolute(a)), a),
+        lambda a: a,
+    ),
     'copy_sign': (2, lambda a, b: copy_sign(a, b), np.copysign),
     'copy_sign of a scalar': (1, lambda a: copy_sign(1.5, a), lambda a: np.copysign(F(1.5), a)),
     'minimum': (2, lambda a, b: minimum(a, b), lambda a, b: np.where(a < b, a, b)),
@@ -137,11 +144,6 @@ OPERATIONS = {
         1,
         lambda a: subtract_bits(0x7EF311C3, a),
         lambda a: (np.uint32(0x7EF311C3) - a.view(np.uint32)).view(F),
-    ),
-    'subtract_half_bits': (
-        1,
-        lambda a: subtract_half_bits(0x5F375A86, absolute(a)),
-        lambda a: (np.uint32(0x5F375A86) - (np.abs(a).view(np.uint32) >> np.uint32(1))).view(F),
     ),
     'add_exponent': (
         1,

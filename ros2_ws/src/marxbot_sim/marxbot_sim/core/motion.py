@@ -7,13 +7,13 @@ from simd_lanes import (
     any_lane,
     copy_sign,
     fma,
-    inverse_square_root,
     load,
     maximum,
     minimum,
     select,
     sine_over,
     splat,
+    square_root,
     store,
     swap_halves,
 )
@@ -137,9 +137,10 @@ def move(bodies, wheels, arena, obstacle):
 @numba.njit(forceinline=True)
 def _push_out(x0, y0, x1, y1, centre_squared, friction):
     """Return where a robot that would end inside the obstacle is held by it."""
-    per_distance = inverse_square_root(centre_squared)
+    distance = square_root(centre_squared)
+    per_distance = 1.0 / distance
     normal_x, normal_y = x1 * per_distance, y1 * per_distance
-    stopped = _OBSTACLE_CLEARANCE - centre_squared * per_distance
+    stopped = _OBSTACLE_CLEARANCE - distance
     held_x, held_y = normal_x * _OBSTACLE_CLEARANCE, normal_y * _OBSTACLE_CLEARANCE
     slide = fma(held_y - y0, normal_x, -((held_x - x0) * normal_y))
     lost = slide - _shorten(slide, friction * stopped)

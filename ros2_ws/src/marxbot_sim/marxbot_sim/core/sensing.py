@@ -12,7 +12,6 @@ from simd_lanes import (
     arctan2,
     copy_sign,
     fma,
-    inverse_square_root,
     load,
     maximum,
     minimum,
@@ -80,23 +79,24 @@ def _meet_disc(i, rays, forward, left, power, inverse_power):
     centre to it (distance squared less radius squared), a ray with the component b toward the
     centre enters after b - sqrt(b^2 - p), the inverse of which is (b + sqrt(b^2 - p)) / p. A disc
     outside the body is seen under less than 90 degrees, so of four quarter turns only the one
-    nearest to it, with the greatest b, can meet it; where that misses too, `square_root` gives a
-    large negative number, which drops out in the maximum.
+    nearest to it, with the greatest b, can meet it; where that misses too, the root is NaN, which
+    drops out in a maximum where it comes first.
     """
     ahead = fma(forward, _RAY_COSINES[i], left * _RAY_SINES[i])
     aside = fma(left, _RAY_COSINES[i], -(forward * _RAY_SINES[i]))
     toward = maximum(absolute(ahead), absolute(aside))
     inverse = (square_root(fma(toward, toward, -power)) + toward) * inverse_power
     return (
-        select(ahead >= toward, maximum(rays[0], inverse), rays[0]),
-        select(aside >= toward, maximum(rays[1], inverse), rays[1]),
-        select(-ahead >= toward, maximum(rays[2], inverse), rays[2]),
-        select(-aside >= toward, maximum(rays[3], inverse), rays[3]),
+        select(ahead >= toward, maximum(inverse, rays[0]), rays[0]),
+        select(aside >= toward, maximum(inverse, rays[1]), rays[1]),
+        select(-ahead >= toward, maximum(inverse, rays[2]), rays[2]),
+        select(-aside >= toward, maximum(inverse, rays[3]), rays[3]),
     )
 
 
 @numba.njit(forceinline=True)
 def _store_distance(readings, ray, inverse):
+    # A division would wait for the divider, which roots and other divisions keep busy.
     store(readings, INFRARED + ray, reciprocal(maximum(inverse, _LEAST_INVERSE)) - BODY_RADIUS)
 
 
@@ -113,7 +113,7 @@ def _view(forward, left, distance_squared, radius):
     The unit is one camera sector, the origin the heading, the sense counter-clockwise.
     """
     middle = arctan2(left, forward) * _SECTORS_PER_RADIAN
-    half_width = arcsine(inverse_square_root(distance_squared) * radius) * _SECTORS_PER_RADIAN
+    half_width = arcsine(radius / square_root(distance_squared)) * _SECTORS_PER_RADIAN
     low = middle - half_width
     return select(low < 0.0, low + 8.0, low), half_width + half_width
 
@@ -170,10 +170,10 @@ def sense(bodies, arena, obstacle, readings):
     near_robot = any_lane(distance_squared < _NEAR_ROBOT_SQUARED)
     near_obstacle = obstacle and any_lane(centre_squared < _NEAR_OBSTACLE_SQUARED)
     if near_wall or near_robot or near_obstacle:
-        toward_x = copy_sign(reciprocal(half_size - absolute(x)), x)
-        toward_y = copy_sign(reciprocal(half_size - absolute(y)), y)
-        inverse_power = reciprocal(power)
-        inverse_obstacle_power = reciprocal(obstacle_power)
+        toward_x = copy_sign(1.0 / (half_size - absolute(x)), x)
+        toward_y = copy_sign(1.0 / (half_size - absolute(y)), y)
+        inverse_power = 1.0 / power
+        inverse_obstacle_power = 1.0 / obstacle_power
         for i in range(_QUARTER):
             rays = _meet_walls(i, cosine, sine, toward_x, toward_y)
             if near_robot:
@@ -213,7 +213,7 @@ def sense(bodies, arena, obstacle, readings):
 @numba.njit(forceinline=True)
 def _ground(readings, centre_forward, centre_left, centre_squared, half_size):
     """Set the ground's darkness: distance from the centre over half the diagonal."""
-    per_metre = reciprocal(half_size * math.sqrt(2.0))
+    per_metre = 1.0 / (half_size * math.sqrt(2.0))
     middle = centre_squared + _GROUND_RADIUS_SQUARED
     along, across = centre_forward * (-2.0 * _GROUND_X), centre_left * (-2.0 * _GROUND_Y)
     front, back = middle + along, middle - along

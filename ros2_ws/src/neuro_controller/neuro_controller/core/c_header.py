@@ -49,7 +49,6 @@ _TEMPLATE = """\
 #define @GUARD@
 
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 typedef struct {
@@ -76,20 +75,6 @@ static inline void @NAME@_reset(@NAME@_controller *c)
     *c = start;
 }
 
-/* 1 / x to 2 units in the last place, by Newton's method. */
-static inline float @NAME@_reciprocal(float x)
-{
-    uint32_t bits;
-    float y, error;
-
-    memcpy(&bits, &x, sizeof bits);
-    bits = 0x7EF311C3u - bits;
-    memcpy(&y, &bits, sizeof y);
-    error = fmaf(-x, y, 1.0f);
-    y = fmaf(y, fmaf(error, error, error), y);
-    return fmaf(y, fmaf(-x, y, 1.0f), y);
-}
-
 /* 1 / (1 + exp(-x)), with exp(-x) = 2^k 2^f, k an integer and |f| <= 1/2. */
 static inline float @NAME@_logistic(float x)
 {
@@ -103,7 +88,7 @@ static inline float @NAME@_logistic(float x)
     middle = fmaf(f, 0.055507133f, 0.24022120f);
     low = fmaf(f, 0.69314697f, 1.0000001f);
     low = fmaf(fmaf(high, square, middle), square, low);
-    return @NAME@_reciprocal(1.0f + ldexpf(low, (int)k));
+    return 1.0f / (1.0f + ldexpf(low, (int)k));
 }
 
 static inline float @NAME@_mean(const float *values, int count)
