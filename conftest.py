@@ -21,6 +21,29 @@ def start(ros_env, tmp_path):
         yield starter
 
 
+@pytest.fixture(scope='module')
+def env():
+    """As `ros_env`, one for all tests of a module."""
+    with ros_environment() as environment:
+        yield environment
+
+
+@pytest.fixture(scope='module')
+def starter(env, tmp_path_factory):
+    """As `start`, in `env`; what it started is ended with the module."""
+    with process_starter(env, tmp_path_factory.mktemp('processes')) as the_starter:
+        yield the_starter
+
+
+@pytest.fixture(scope='module')
+def client(env):
+    """A `RosClient` in `env`."""
+    from ros_client import ros_client  # here, so that tests without ROS load none of it
+
+    with ros_client(env) as the_client:
+        yield the_client
+
+
 def pytest_sessionfinish(session):
     """Remove what killed participants left in shared memory, once all workers are done."""
     if not hasattr(session.config, 'workerinput'):

@@ -18,8 +18,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
-from ros_client import ros_client
-from ros_processes import ROOT, process_starter, ros_environment, wait_until
+from ros_processes import ROOT, wait_until
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import LaserScan
 
@@ -40,24 +39,6 @@ CONDITIONS = {
     'pymunk': Environment(physics='pymunk', obstacle=True, episode_ticks=150),
 }
 PAIRS = 4
-
-
-@pytest.fixture(scope='module')
-def env():
-    with ros_environment() as environment:
-        yield environment
-
-
-@pytest.fixture(scope='module')
-def client(env):
-    with ros_client(env) as the_client:
-        yield the_client
-
-
-@pytest.fixture(scope='module')
-def starter(env, tmp_path_factory):
-    with process_starter(env, tmp_path_factory.mktemp('processes')) as start:
-        yield start
 
 
 def pairs(condition):

@@ -9,12 +9,12 @@ from coevo_msgs.action import RunEpisode
 from geometry_msgs.msg import Pose2D
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
-from rclpy.task import Future
 
 from coevo_manager.bag import BagWriter
 from coevo_manager.episode_player import EpisodePlayer
 from coevo_manager.evaluation_messages import to_environment
 from node_runner import run_node
+from node_runner.actions import work_on
 
 
 class EpisodesNode(Node):
@@ -52,22 +52,11 @@ class EpisodesNode(Node):
             result.message = 'an episode is being played; cancel it or wait for its end'
             goal.abort()
             return result
-        # The episode has a thread of its own, so that this one hears of a cancel.
-        done = Future(executor=self.executor)
-        thread = threading.Thread(target=self._play, args=(goal, result, done))
-        thread.start()
-        await done
-        thread.join()
+        await work_on(self, goal, result, lambda: self._play(goal, result))
         self._busy.release()
-        if result.success:
-            goal.succeed()
-        elif goal.is_cancel_requested:
-            goal.canceled()
-        else:
-            goal.abort()
         return result
 
-    def _play(self, goal, result, done):
+    def _play(self, goal, result):
         """Fill the result; called in the episode's thread."""
 
         def tell(tick, poses):
@@ -97,8 +86,6 @@ class EpisodesNode(Node):
             result.predator_complexity, result.prey_complexity = (
                 _complexity(episode.wheels[:, robot]) for robot in range(2)
             )
-        finally:
-            done.set_result(None)
 
 
 def _complexity(wheels):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import threading
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,12 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
-from rclpy.task import Future
 
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluator_pool import EvaluationError
 from coevo_manager.run import Plan, Run, Status, make_plan, to_message
 from node_runner import run_node
+from node_runner.actions import work_on
 
 
 class ManagerNode(Node):
@@ -50,7 +49,7 @@ class ManagerNode(Node):
             ),
         )
         self._run: Run | None = None
-        self._thread: threading.Thread | None = None
+        self._busy = False
         self._server = ActionServer(
             self,
             Evolve,
@@ -62,7 +61,7 @@ class ManagerNode(Node):
     @property
     def busy(self) -> bool:
         """Whether a run is in progress."""
-        return self._thread is not None
+        return self._busy
 
     def stop(self) -> None:
         """Ask the run in progress, if any, to end within a generation."""
@@ -80,22 +79,12 @@ class ManagerNode(Node):
             result.message = 'a run is in progress; cancel it or wait for its end'
             goal.abort()
             return result
-        # The run has a thread of its own, so that this one hears of a cancel.
-        done = Future(executor=self.executor)
-        self._thread = threading.Thread(target=self._evolve, args=(goal, result, done))
-        self._thread.start()
-        await done
-        self._thread.join()
-        self._run = self._thread = None
-        if result.success:
-            goal.succeed()
-        elif goal.is_cancel_requested:
-            goal.canceled()
-        else:
-            goal.abort()
+        self._busy = True
+        await work_on(self, goal, result, lambda: self._evolve(goal, result))
+        self._busy, self._run = False, None
         return result
 
-    def _evolve(self, goal: ServerGoalHandle, result: Evolve.Result, done: Future) -> None:
+    def _evolve(self, goal: ServerGoalHandle, result: Evolve.Result) -> None:
         """Fill the result; called in the run's thread."""
         # The run waits for its clients by itself, so they must not be this node's, which is spun.
         node = Node('evolution', start_parameter_services=False)
@@ -124,7 +113,6 @@ class ManagerNode(Node):
             self.get_logger().error(result.message)
         finally:
             node.destroy_node()
-            done.set_result(None)
 
 
 def _tell(status: Status, goal: ServerGoalHandle, result: Evolve.Result) -> None:

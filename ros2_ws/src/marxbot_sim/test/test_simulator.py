@@ -14,8 +14,6 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.qos import ReliabilityPolicy, qos_profile_sensor_data
-from ros_client import ros_client
-from ros_processes import process_starter, ros_environment
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import ColorRGBA, String
 from std_srvs.srv import SetBool, Trigger
@@ -26,24 +24,6 @@ from marxbot_sim.core.parameters import Arena
 from marxbot_sim.core.world import World
 
 ROBOTS = ('predator', 'prey')
-
-
-@pytest.fixture(scope='module')
-def env():
-    with ros_environment() as environment:
-        yield environment
-
-
-@pytest.fixture(scope='module')
-def client(env):
-    with ros_client(env) as the_client:
-        yield the_client
-
-
-@pytest.fixture(scope='module')
-def starter(env, tmp_path_factory):
-    with process_starter(env, tmp_path_factory.mktemp('processes')) as start:
-        yield start
 
 
 @pytest.fixture(scope='module')

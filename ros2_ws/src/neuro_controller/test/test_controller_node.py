@@ -15,8 +15,6 @@ from marxbot_msgs.msg import Camera, Ground
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
-from ros_client import ros_client
-from ros_processes import process_starter, ros_environment
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32MultiArray
 from std_srvs.srv import Trigger
@@ -34,24 +32,6 @@ def controller(namespace, *parameters):
     """Command line of a controller that answers its sensors."""
     settings = [part for parameter in (*QUICK, *parameters) for part in ('-p', parameter)]
     return ['neuro_controller', 'controller', '--ros-args', '-r', f'__ns:={namespace}', *settings]
-
-
-@pytest.fixture(scope='module')
-def env():
-    with ros_environment() as environment:
-        yield environment
-
-
-@pytest.fixture(scope='module')
-def client(env):
-    with ros_client(env) as the_client:
-        yield the_client
-
-
-@pytest.fixture(scope='module')
-def starter(env, tmp_path_factory):
-    with process_starter(env, tmp_path_factory.mktemp('processes')) as start:
-        yield start
 
 
 class Robot:

@@ -186,10 +186,23 @@ class RunFolder:
             That could not be written; the folder is as it was before it.
         """
         self.finish_saving()
-        kept = copy.deepcopy((state, algorithm))
-        self._saving = self._writer.submit(
-            self._save, configuration, *kept, tuple(generations), phase, snapshot
-        )
+        state, algorithm = copy.deepcopy((state, algorithm))
+        logged: dict[str, tuple[GenerationStats | PhaseStats, ...]] = {
+            'generations': tuple(generations),
+            'phases': (phase,),
+        }
+
+        def write() -> None:
+            for name, rows in logged.items():
+                with self._writing(f'{name}.csv'):
+                    self._logs[name].append(''.join(_row(stats, _LOGS[name]) for stats in rows))
+            if snapshot:
+                self._save_snapshot(state)
+            sizes = {name: log.size for name, log in self._logs.items()}
+            with self._writing('checkpoint'):
+                checkpoint.save(self.path / 'checkpoint', configuration, state, algorithm, sizes)
+
+        self._saving = self._writer.submit(write)
 
     def finish_saving(self) -> None:
         """Wait until the last completed phase is on disk.
@@ -202,24 +215,6 @@ class RunFolder:
         if self._saving is not None:
             saving, self._saving = self._saving, None
             saving.result()
-
-    def _save(
-        self,
-        configuration: Configuration,
-        state: State,
-        algorithm: Algorithm,
-        generations: Iterable[GenerationStats],
-        phase: PhaseStats,
-        snapshot: bool,
-    ) -> None:
-        for name, rows in (('generations', generations), ('phases', (phase,))):
-            with self._writing(f'{name}.csv'):
-                self._logs[name].append(''.join(_row(stats, _LOGS[name]) for stats in rows))
-        if snapshot:
-            self._save_snapshot(state)
-        sizes = {name: log.size for name, log in self._logs.items()}
-        with self._writing('checkpoint'):
-            checkpoint.save(self.path / 'checkpoint', configuration, state, algorithm, sizes)
 
     def _save_snapshot(self, state: State) -> None:
         name = f'snapshots/gen_{state.generation:06d}.npz'
