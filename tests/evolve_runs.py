@@ -30,6 +30,6 @@ def evaluators_of(pid: int) -> list[psutil.Process]:
     """The evaluator processes that a process started, oldest first."""
     children = psutil.Process(pid).children(recursive=True)
     return sorted(
-        (child for child in children if 'coevo_manager.evaluator' in child.cmdline()),
+        (child for child in children if 'coevo_manager.evaluators.evaluator' in child.cmdline()),
         key=lambda child: child.create_time(),
     )

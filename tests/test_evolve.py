@@ -12,11 +12,11 @@ import pytest
 from evolve_runs import TOY, evaluators_of, phases_completed, read_files
 from ros_processes import process_starter, ros_environment, wait_until
 
-from coevo_manager import evolve
 from coevo_manager.core.configuration import FIELDS
 from coevo_manager.core.episodes import evaluate_matrix
-from coevo_manager.evolve_options import read_options
-from coevo_manager.run import make_plan
+from coevo_manager.runs import evolve
+from coevo_manager.runs.options import read_options
+from coevo_manager.runs.run import make_plan
 from node_runner.children import executable_path
 
 

@@ -14,7 +14,7 @@ from coevo_manager.core.episodes import (
     measure_pairs,
     trace_pair,
 )
-from coevo_manager.core.numbering import episode_numbers
+from coevo_manager.core.episodes.numbering import episode_numbers
 from marxbot_sim.core.parameters import START_POSES
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes

@@ -22,12 +22,12 @@ from ros_processes import ROOT, wait_until
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import LaserScan
 
-from coevo_manager.bag import BagWriter
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes import measure_pairs
-from coevo_manager.core.trace import trace_pair
-from coevo_manager.episode_player import EpisodePlayer
-from coevo_manager.messages import make_typestore
+from coevo_manager.core.episodes.trace import trace_pair
+from coevo_manager.recording.bag import BagWriter
+from coevo_manager.recording.message_types import make_typestore
+from coevo_manager.recording.player import EpisodePlayer
 from neuro_controller.core.champions import SHIPPED, read_snapshot
 from neuro_controller.core.genome import random_genomes
 

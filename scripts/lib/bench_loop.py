@@ -23,7 +23,7 @@ from coevo_manager.core.evaluation import (
     evaluate_all,
 )
 from coevo_manager.core.evolution import Evolution, PhaseStats
-from coevo_manager.evaluator_pool import RosEvaluator
+from coevo_manager.evaluators.pool import RosEvaluator
 from neuro_controller.core.genome import GENES
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from coevo_manager.analysis.draw import STYLE
+from coevo_manager.analysis.figures.draw import STYLE
 from marxbot_sim.core.layout import CONTACT
 from marxbot_sim.core.parameters import (
     BODY_RADIUS,

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from coevo_manager.analysis.draw import save
+from coevo_manager.analysis.figures.draw import save
+from coevo_manager.analysis.report.tables import write
 from coevo_manager.analysis.runs import read_run
-from coevo_manager.analysis.tables import write
-from coevo_manager.analysis.transfer import ALL, measure_transfer
-from coevo_manager.analysis.transfer_report import draw_transfer
+from coevo_manager.analysis.transfer.measure import ALL, measure_transfer
+from coevo_manager.analysis.transfer.report import draw_transfer
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evaluation import LocalEvaluator
 from coevo_manager.core.evolution import Evolution

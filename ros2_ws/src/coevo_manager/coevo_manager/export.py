@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from coevo_manager.episode_options import GENOME_HELP, add_environment_options, read_environment
-from coevo_manager.evolve_options import Parser
+from coevo_manager.runs.options import Parser
 from neuro_controller.core.c_header import c_header
 from neuro_controller.core.champions import SPECIES, select_genome
 

@@ -1,8 +1,8 @@
 """Sixteen float32 lanes as one value, and elementary functions over them."""
 
-from . import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
-from .cache import compile_kernel
-from .functions import (
+from simd_lanes import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
+from simd_lanes.cache import compile_kernel
+from simd_lanes.functions import (
     arcsine,
     arctan2,
     cosine,
@@ -10,7 +10,7 @@ from .functions import (
     reciprocal,
     sine_over,
 )
-from .lanes import (
+from simd_lanes.lanes import (
     HALF,
     LANES,
     Lanes,

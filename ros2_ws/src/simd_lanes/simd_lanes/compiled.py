@@ -9,8 +9,8 @@ from numba.core import cgutils
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 
-from . import lanes as plain
-from .lanes import HALF, LANES
+from simd_lanes import lanes as plain
+from simd_lanes.lanes import HALF, LANES
 
 _I32 = ir.IntType(32)
 _FLOATS = ir.VectorType(ir.FloatType(), LANES)

@@ -6,7 +6,7 @@ library. Accuracy is stated for each and asserted over the whole range by the te
 
 import numba
 
-from .lanes import (
+from simd_lanes.lanes import (
     absolute,
     add_exponent,
     copy_sign,

@@ -3,15 +3,19 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from coevo_manager.analysis import draw, figures, figures_beyond, player, progress, tables
-from coevo_manager.analysis.behaviours import CAPTION, behaviours
-from coevo_manager.analysis.exploit import Budget
-from coevo_manager.analysis.kernel import Kernel, source_hash
-from coevo_manager.analysis.marks import slug_of
-from coevo_manager.analysis.report import write_report
+from coevo_manager.analysis.figures import beyond as figures_beyond
+from coevo_manager.analysis.figures import draw
+from coevo_manager.analysis.figures import paper as figures
+from coevo_manager.analysis.figures.behaviours import CAPTION, behaviours
+from coevo_manager.analysis.figures.marks import slug_of
+from coevo_manager.analysis.measures import progress
+from coevo_manager.analysis.play.exploit import Budget
+from coevo_manager.analysis.play.kernel import Kernel, source_hash
+from coevo_manager.analysis.play.tournament import Evaluations, Store
+from coevo_manager.analysis.report import player, tables
+from coevo_manager.analysis.report.page import write_report
 from coevo_manager.analysis.runs import AnalysisError, choose_generations, read_runs
 from coevo_manager.analysis.study import Study, collect
-from coevo_manager.analysis.tournament import Evaluations, Store
 
 Stage = Callable[[str, int], Callable[[int], None]]
 

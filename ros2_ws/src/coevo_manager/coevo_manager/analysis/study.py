@@ -5,10 +5,11 @@ from dataclasses import asdict, dataclass, field
 
 import numpy as np
 
-from coevo_manager.analysis import beyond, exploit
-from coevo_manager.analysis.measures import SPECIES, performance
+from coevo_manager.analysis.measures import beyond
+from coevo_manager.analysis.measures.paper import SPECIES, performance
+from coevo_manager.analysis.play import exploit
+from coevo_manager.analysis.play.tournament import Block, Evaluations, content_hash
 from coevo_manager.analysis.runs import Condition, Run, Snapshot, by_arena, by_condition
-from coevo_manager.analysis.tournament import Block, Evaluations, content_hash
 
 OTHER = {'predator': 'prey', 'prey': 'predator'}
 PATH_MOMENTS = 21

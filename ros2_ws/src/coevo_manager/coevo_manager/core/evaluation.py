@@ -209,7 +209,7 @@ class LocalEvaluator:
 
     def __init__(self, environment: Environment, threads: int = 1) -> None:
         # Here, so that only processes that play episodes load the compiled kernel.
-        from coevo_manager.core.stream import EpisodeStream
+        from coevo_manager.core.episodes.stream import EpisodeStream
 
         self.environment = environment
         self.slots = 4 * threads

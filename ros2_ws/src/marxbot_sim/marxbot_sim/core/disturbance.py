@@ -6,20 +6,7 @@ from collections import namedtuple
 import numba
 import numpy as np
 
-from simd_lanes import (
-    HALF,
-    LANES,
-    aligned_rows,
-    compile_kernel,
-    fma,
-    load,
-    maximum,
-    minimum,
-    select,
-    store,
-)
-
-from .layout import (
+from marxbot_sim.core.layout import (
     CAMERA,
     CONTACT,
     COSINE,
@@ -34,10 +21,22 @@ from .layout import (
     X,
     Y,
 )
-from .parameters import INFRARED_RANGE, START_POSES
-from .perturbations import MAX_LATENCY_TICKS, PERFECT
-from .randomness import NORMAL_BITS, normal, random_bits, uniform
-from .world import ROBOT_LANES
+from marxbot_sim.core.parameters import INFRARED_RANGE, START_POSES
+from marxbot_sim.core.perturbations import MAX_LATENCY_TICKS, PERFECT
+from marxbot_sim.core.randomness import NORMAL_BITS, normal, random_bits, uniform
+from marxbot_sim.core.world import ROBOT_LANES
+from simd_lanes import (
+    HALF,
+    LANES,
+    aligned_rows,
+    compile_kernel,
+    fma,
+    load,
+    maximum,
+    minimum,
+    select,
+    store,
+)
 
 (
     INFRARED_NOISE,

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .parameters import TICK, WHEEL_RADIUS, WHEEL_SEPARATION
+from marxbot_sim.core.parameters import TICK, WHEEL_RADIUS, WHEEL_SEPARATION
 
 COMMAND_GRID = 2.0**-16
 """Wheel speeds are rounded to multiples of this, rad/s: a command survives the way to a body's

@@ -2,6 +2,25 @@
 
 import numba
 
+from marxbot_sim.core.layout import (
+    CONTACT,
+    COSINE,
+    HALF_SIZE,
+    LEFT,
+    RIGHT,
+    SINE,
+    WALL_FRICTION,
+    X,
+    Y,
+)
+from marxbot_sim.core.parameters import (
+    BODY_RADIUS,
+    CONTACT_DEPTH,
+    OBSTACLE_RADIUS,
+    TICK,
+    WHEEL_RADIUS,
+    WHEEL_SEPARATION,
+)
 from simd_lanes import (
     absolute,
     any_lane,
@@ -19,16 +38,6 @@ from simd_lanes import (
 )
 from simd_lanes import (
     cosine as cosine_of,
-)
-
-from .layout import CONTACT, COSINE, HALF_SIZE, LEFT, RIGHT, SINE, WALL_FRICTION, X, Y
-from .parameters import (
-    BODY_RADIUS,
-    CONTACT_DEPTH,
-    OBSTACLE_RADIUS,
-    TICK,
-    WHEEL_RADIUS,
-    WHEEL_SEPARATION,
 )
 
 _METRES_PER_SPEED = 0.5 * WHEEL_RADIUS * TICK

@@ -1,6 +1,6 @@
 """Choosing the physics of an arena by name."""
 
-from .world import World
+from marxbot_sim.core.world import World
 
 PHYSICS = ('kinematic', 'pymunk')
 """Names that `make_world` knows."""
@@ -23,7 +23,7 @@ def make_world(physics, arena):
     if physics == 'kinematic':
         return World(arena)
     if physics == 'pymunk':
-        from .pymunk_world import PymunkWorld
+        from marxbot_sim.core.pymunk_world import PymunkWorld
 
         return PymunkWorld(arena)
     raise ValueError(f'physics is {physics!r}, expected one of {", ".join(PHYSICS)}')

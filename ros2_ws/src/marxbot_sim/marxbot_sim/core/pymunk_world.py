@@ -12,10 +12,8 @@ import numpy as np
 import pymunk
 from pymunk import batch
 
-from simd_lanes import HALF, LANES, aligned_rows, compile_kernel
-
-from .layout import BODY_ROWS, CONTACT, COSINE, LEFT, RIGHT, SINE, WHEEL_ROWS, X, Y
-from .parameters import (
+from marxbot_sim.core.layout import BODY_ROWS, CONTACT, COSINE, LEFT, RIGHT, SINE, WHEEL_ROWS, X, Y
+from marxbot_sim.core.parameters import (
     BODY_RADIUS,
     OBSTACLE_RADIUS,
     START_POSES,
@@ -24,7 +22,8 @@ from .parameters import (
     WHEEL_SEPARATION,
     Arena,
 )
-from .world import ROBOT_LANES, World, check_poses
+from marxbot_sim.core.world import ROBOT_LANES, World, check_poses
+from simd_lanes import HALF, LANES, aligned_rows, compile_kernel
 
 MASS = 1.8
 """Mass of a MarxBot, kg (Bonani et al. 2010; ARGoS takes 1.6 kg)."""

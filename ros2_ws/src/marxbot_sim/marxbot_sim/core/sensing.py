@@ -5,6 +5,25 @@ import math
 import numba
 import numpy as np
 
+from marxbot_sim.core.layout import (
+    CAMERA,
+    CONTACT,
+    COSINE,
+    GROUND,
+    HALF_SIZE,
+    INFRARED,
+    SINE,
+    TOUCH,
+    X,
+    Y,
+)
+from marxbot_sim.core.parameters import (
+    BODY_RADIUS,
+    CAMERA_SECTORS,
+    GROUND_POSITIONS,
+    INFRARED_RAYS,
+    OBSTACLE_RADIUS,
+)
 from simd_lanes import (
     absolute,
     any_lane,
@@ -21,15 +40,6 @@ from simd_lanes import (
     square_root,
     store,
     swap_halves,
-)
-
-from .layout import CAMERA, CONTACT, COSINE, GROUND, HALF_SIZE, INFRARED, SINE, TOUCH, X, Y
-from .parameters import (
-    BODY_RADIUS,
-    CAMERA_SECTORS,
-    GROUND_POSITIONS,
-    INFRARED_RAYS,
-    OBSTACLE_RADIUS,
 )
 
 _QUARTER = INFRARED_RAYS // 4

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from .disturbance import PerturbedRobots
-from .drive import dead_reckon
-from .layout import CONTACT
-from .parameters import PREY_WHEEL_SPEED, Arena
-from .perturbations import PERFECT
-from .physics import make_world
+from marxbot_sim.core.disturbance import PerturbedRobots
+from marxbot_sim.core.drive import dead_reckon
+from marxbot_sim.core.layout import CONTACT
+from marxbot_sim.core.parameters import PREY_WHEEL_SPEED, Arena
+from marxbot_sim.core.perturbations import PERFECT
+from marxbot_sim.core.physics import make_world
 
 ROBOTS = ('predator', 'prey')
 """Names of the robots, in the order of every axis that stands for them."""

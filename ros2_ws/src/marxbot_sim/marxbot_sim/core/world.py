@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 
-from simd_lanes import HALF, aligned_rows, compile_kernel, lane_bits
-
-from .layout import (
+from marxbot_sim.core.layout import (
     ARENA_ROWS,
     BODY_ROWS,
     COSINE,
@@ -18,9 +16,10 @@ from .layout import (
     X,
     Y,
 )
-from .motion import move
-from .parameters import BODY_RADIUS, OBSTACLE_RADIUS, START_POSES, Arena
-from .sensing import sense
+from marxbot_sim.core.motion import move
+from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, START_POSES, Arena
+from marxbot_sim.core.sensing import sense
+from simd_lanes import HALF, aligned_rows, compile_kernel, lane_bits
 
 PREDATOR, PREY = 0, 1
 """Indices of the two robots wherever an axis stands for them."""

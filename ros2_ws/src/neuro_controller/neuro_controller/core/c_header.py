@@ -4,9 +4,9 @@ import re
 
 import numpy as np
 
-from .controller import MOTOR_MAPS, settings_column
-from .drive import WHEEL_RADIUS, WHEEL_SEPARATION
-from .genome import (
+from neuro_controller.core.controller import MOTOR_MAPS, settings_column
+from neuro_controller.core.drive import WHEEL_RADIUS, WHEEL_SEPARATION
+from neuro_controller.core.genome import (
     HIDDEN,
     HIDDEN_BIASES,
     HIDDEN_TO_HIDDEN,
@@ -20,7 +20,7 @@ from .genome import (
     check_genomes,
     weights_of,
 )
-from .network import (
+from neuro_controller.core.network import (
     FATIGUE_TICKS,
     GROUND_INPUTS,
     INFRARED_RANGE,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .genome import check_genomes
+from neuro_controller.core.genome import check_genomes
 
 SPECIES = ('predator', 'prey')
 

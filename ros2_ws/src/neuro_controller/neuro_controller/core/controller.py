@@ -4,10 +4,8 @@ import math
 
 import numpy as np
 
-from simd_lanes import aligned_rows, compile_kernel
-
-from .genome import GENES, HIDDEN, OUTPUTS, SENSORS, check_genomes, weights_of
-from .network import (
+from neuro_controller.core.genome import GENES, HIDDEN, OUTPUTS, SENSORS, check_genomes, weights_of
+from neuro_controller.core.network import (
     DRIVE_OFFSET,
     DRIVE_SCALE,
     FATIGUE_TICKS,
@@ -20,6 +18,7 @@ from .network import (
     control,
     recall,
 )
+from simd_lanes import aligned_rows, compile_kernel
 
 MOTOR_MAPS = {'printed': (1.0, 0.0), 'signed': (2.0, -1.0)}
 """How the motor neuron rm becomes a drive, scale * rm + offset: as equations 3 and 4 print it,

@@ -16,9 +16,7 @@ the ticks passed,
 
 import numba
 
-from simd_lanes import absolute, fma, load, logistic, maximum, select, splat, store
-
-from .genome import (
+from neuro_controller.core.genome import (
     HIDDEN,
     HIDDEN_BIASES,
     HIDDEN_TO_HIDDEN,
@@ -29,6 +27,7 @@ from .genome import (
     SENSOR_TO_OUTPUT,
     SENSORS,
 )
+from simd_lanes import absolute, fma, load, logistic, maximum, select, splat, store
 
 INFRARED_GROUPS, GROUP = 8, 3
 INFRARED_READINGS, CAMERA_READINGS, GROUND_READINGS, TOUCH_READING = 0, 24, 32, 36

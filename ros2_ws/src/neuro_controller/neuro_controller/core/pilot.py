@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .drive import WHEEL_RADIUS, WHEEL_SEPARATION, body_speeds
-from .limits import Limits
+from neuro_controller.core.drive import WHEEL_RADIUS, WHEEL_SEPARATION, body_speeds
+from neuro_controller.core.limits import Limits
 
 PERIOD = 0.1
 """Time between two steps, s: that of evolution (paper A1), in which clock and fatigue neurons

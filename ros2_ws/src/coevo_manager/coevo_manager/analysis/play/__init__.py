@@ -1,0 +1,1 @@
+"""The episodes that the analysis plays, stored by content."""

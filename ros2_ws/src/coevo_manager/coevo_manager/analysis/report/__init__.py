@@ -1,0 +1,1 @@
+"""Tables, and report.html with its episode player."""

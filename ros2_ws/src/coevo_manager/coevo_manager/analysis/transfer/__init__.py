@@ -1,0 +1,1 @@
+"""Champions under other physics and with imperfect robots."""

@@ -1,0 +1,84 @@
+"""`coevo_manager transfer`: champions under other physics and with imperfect robots."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from coevo_manager.runs.options import Parser
+
+
+def _number(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f'expected a whole number of at least 1, got {text!r}')
+    return int(text)
+
+
+def make_parser() -> Parser:
+    """Make the command line."""
+    parser = Parser(
+        prog='coevo_manager transfer',
+        description='Let the champions of runs play under the kernel they evolved in, under rigid '
+        'bodies (pymunk), and with each perturbation of the robots and all of them; write '
+        'transfer.csv, transfer.md, transfer.png and transfer.svg.',
+    )
+    parser.add_argument('runs', nargs='+', metavar='RUN', type=Path, help='run folders')
+    parser.add_argument(
+        '--out', required=True, metavar='DIR', type=Path, help='folder for the results'
+    )
+    for name, default, text in (
+        ('champions', 10, 'fittest individuals of each species and run'),
+        ('draws', 5, 'draws of each perturbation that is random'),
+        ('threads', os.cpu_count(), 'threads; they change no result'),
+    ):
+        parser.add_argument(
+            f'--{name}',
+            type=_number,
+            default=default,
+            metavar='NUMBER',
+            help=f'{text} (default: %(default)s)',
+        )
+    return parser
+
+
+def main(argv=None) -> int:
+    """Run the executable; return 0, 2 for bad input, 130 when interrupted."""
+    options = make_parser().parse_args(argv)
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from coevo_manager.analysis.figures.draw import save
+    from coevo_manager.analysis.report.tables import write
+    from coevo_manager.analysis.runs import AnalysisError, read_run
+    from coevo_manager.analysis.transfer.measure import conditions, measure_transfer
+    from coevo_manager.analysis.transfer.report import draw_transfer, to_markdown
+    from coevo_manager.core.evolution.files import write_whole
+
+    try:
+        runs = [read_run(folder) for folder in options.runs]
+        options.out.mkdir(parents=True, exist_ok=True)
+        with Progress(console=Console(stderr=True), transient=True) as progress:
+            task = progress.add_task('conditions', total=len(conditions()))
+            table = measure_transfer(
+                runs,
+                options.champions,
+                options.draws,
+                options.threads,
+                lambda: progress.advance(task),
+            )
+        text = to_markdown(table, options.champions, options.draws)
+        write(table, options.out / 'transfer.csv')
+        write_whole(options.out / 'transfer.md', text.encode())
+        save(draw_transfer(table), options.out / 'transfer')
+    except (AnalysisError, OSError) as error:
+        print(f'coevo_manager transfer: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print('coevo_manager transfer: interrupted', file=sys.stderr)
+        return 130
+    print(options.out / 'transfer.md')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

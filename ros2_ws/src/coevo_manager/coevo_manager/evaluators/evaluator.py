@@ -1,0 +1,205 @@
+"""The evaluator node: plays what others ask of it."""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import fcntl
+import gc
+import os
+import signal
+import socket
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from coevo_msgs.msg import Environment as EnvironmentMsg
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.service import Service
+
+from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
+from coevo_manager.evaluators.messages import (
+    to_batch,
+    to_environment,
+    to_lineage,
+    to_sequence,
+)
+from neuro_controller.core.genome import GENES
+from node_runner import own_arguments, start_ros
+
+WAIT = 0.1
+"""Longest wait for a request, s: a signal is honoured within this time."""
+
+DEPTH = 128
+"""Requests that may wait unread; the default of services is 10, and what is beyond is lost."""
+
+KEPT_STREAMS = 4
+"""Streams kept for environments that nobody asks for at the moment."""
+
+
+Asker = tuple[Service, Any]
+"""A service and the id of a request to it."""
+
+
+class EvaluatorNode(Node):
+    """Serves ``evaluate_batch`` and ``evaluate_lineage``, several requests at a time.
+
+    Requests of one environment are merged in one `EpisodeStream`, so that its lanes stay full
+    while any of them waits; each is answered as soon as its last episode ends. An executor would
+    answer one request before it takes the next, which is why `serve` turns its own loop.
+
+    Without a namespace given on the command line the node takes one of its own, so that any
+    number of evaluators can be started side by side.
+    """
+
+    def __init__(self) -> None:
+        host = ''.join(c if c.isalnum() and c.isascii() else '_' for c in socket.gethostname())
+        super().__init__(
+            'evaluator',
+            namespace=f'evaluator_{host}_{os.getpid()}',
+            start_parameter_services=False,
+        )
+        self._streams: dict[tuple[Environment, bool], EpisodeStream] = {}
+        self._last = EnvironmentMsg(), Environment()
+        self._batches = self._serve_type(EvaluateBatch, 'evaluate_batch')
+        self._lineages = self._serve_type(EvaluateLineage, 'evaluate_lineage')
+        self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 2, 0, self.context.handle)
+        self.get_logger().info(f'ready on {self._batches.service_name}')
+
+    def _serve_type(self, service_type: type, name: str) -> Service:
+        return self.create_service(
+            service_type, name, self._never_spun, qos_profile=QoSProfile(depth=DEPTH)
+        )
+
+    def _never_spun(self, request, response):
+        raise RuntimeError('an evaluator is run by serve, not by an executor')
+
+    def serve(self, stop: threading.Event) -> None:
+        """Answer requests until `stop` is set."""
+        while not stop.is_set():
+            self._take_requests(self._batches, self._begin_batch)
+            self._take_requests(self._lineages, self._begin_lineage)
+            if not self._advance():
+                self._wait_set.clear_entities()
+                self._wait_set.add_service(self._batches.handle)
+                self._wait_set.add_service(self._lineages.handle)
+                self._wait_set.wait(int(WAIT * 1e9))
+
+    def _take_requests(self, service: Service, begin: Callable[[Any, Asker], None]) -> None:
+        while True:
+            request, header = service.handle.service_take_request(service.srv_type.Request)
+            if request is None:
+                return
+            asker = service, header.request_id
+            try:
+                begin(request, asker)
+            except ValueError as error:
+                self.get_logger().warning(f'refused a request: {error}')
+                self._respond(service.srv_type.Response(success=False, message=str(error)), asker)
+
+    def _begin_batch(self, request: EvaluateBatch.Request, asker: Asker) -> None:
+        environment = self._environment(request.environment)
+        batch = to_batch(request)
+        if not len(batch):
+            self._respond(EvaluateBatch.Response(success=True), asker)
+            return
+        self._stream(environment, request.complexity).submit(
+            asker, batch.predators, batch.prey, batch.predator_index, batch.prey_index
+        )
+
+    def _begin_lineage(self, request: EvaluateLineage.Request, asker: Asker) -> None:
+        environment = self._environment(request.environment)
+        self._stream(environment, measured=False).submit_lineage(asker, to_lineage(request))
+
+    def _environment(self, message: EnvironmentMsg) -> Environment:
+        if message != self._last[0]:
+            self._last = message, to_environment(message)
+        return self._last[1]
+
+    def _stream(self, environment: Environment, measured: bool) -> EpisodeStream:
+        key = environment, measured
+        if key not in self._streams:
+            idle = [known for known, stream in self._streams.items() if not stream.pending]
+            for known in idle[: max(0, len(self._streams) - KEPT_STREAMS)]:
+                del self._streams[known]
+            self._streams[key] = EpisodeStream(environment, measure=measured)
+        return self._streams[key]
+
+    def _advance(self) -> bool:
+        busy = [key for key, stream in self._streams.items() if stream.pending]
+        for environment, measured in busy:
+            for asker, ticks, complexity in self._streams[environment, measured].advance():
+                response = asker[0].srv_type.Response()
+                response.success = True
+                response.capture_ticks = to_sequence(ticks, 'i')
+                if measured:
+                    response.predator_complexity = to_sequence(complexity[:, 0], 'f')
+                    response.prey_complexity = to_sequence(complexity[:, 1], 'f')
+                self._respond(response, asker)
+        return bool(busy)
+
+    def _respond(self, response: Any, asker: Asker) -> None:
+        service, request_id = asker
+        try:
+            service.handle.service_send_response(response, request_id)
+        except _rclpy.RCLError as error:
+            self.get_logger().warning(f'an answer could not be sent: {error}')
+
+
+def _compile() -> None:
+    """Compile the simulation, or load it compiled; one process of a user at a time.
+
+    Whoever comes first compiles for all, and nobody answers before its own is there.
+    """
+    path = Path(tempfile.gettempdir(), f'coevo_manager_{os.getuid()}.lock')
+    genomes = np.zeros((1, GENES), np.float32)
+    with path.open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        evaluate_pairs(genomes, genomes, [0], [0], Environment(episode_ticks=1))
+
+
+def _end_with(parent: int) -> None:
+    """Let the kernel end this process as soon as its parent has ended."""
+    PR_SET_PDEATHSIG = 1
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:
+        sys.exit(0)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the executable ``evaluator``; return its exit code."""
+    parser = argparse.ArgumentParser(
+        prog='evaluator',
+        description='Plays the episodes of the service evaluate_batch. Runs of evolve find it '
+        'and share it; its namespace can be given by --ros-args -r __ns:=/NAME.',
+    )
+    parser.add_argument(
+        '--parent', type=int, metavar='PID', help='end together with this parent process'
+    )
+    command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
+    options = parser.parse_args(own_arguments(command_line))
+    if options.parent:
+        _end_with(options.parent)
+    _compile()
+    start_ros(command_line)
+    stop = threading.Event()
+    node = EvaluatorNode()
+    gc.freeze()  # what was imported stays: collections need not look at it
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, lambda *_: stop.set())
+    node.serve(stop)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

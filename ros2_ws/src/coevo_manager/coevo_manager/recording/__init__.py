@@ -1,0 +1,1 @@
+"""Episodes over topics: played, recorded in bags, replayed and drawn."""

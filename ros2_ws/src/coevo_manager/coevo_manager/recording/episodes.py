@@ -1,0 +1,108 @@
+"""The episodes node: playing an episode over topics as an action."""
+
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+from coevo_msgs.action import RunEpisode
+from geometry_msgs.msg import Pose2D
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.node import Node
+
+from coevo_manager.evaluators.messages import to_environment
+from coevo_manager.recording.bag import BagWriter
+from coevo_manager.recording.player import EpisodePlayer
+from node_runner import run_node
+from node_runner.actions import work_on
+
+
+class EpisodesNode(Node):
+    """Serves the action ``run_episode`` (coevo_msgs/action/RunEpisode), one episode at a time.
+
+    Each episode gets a simulator and two controllers in processes of their own, in a namespace of
+    their own. Bad goals and failures are aborted with one sentence in the result.
+    """
+
+    def __init__(self):
+        super().__init__('episodes')
+        self._busy = threading.Lock()
+        self._stopped = threading.Event()
+        self._server = ActionServer(
+            self,
+            RunEpisode,
+            'run_episode',
+            self._execute,
+            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+        )
+        self.get_logger().info('ready on run_episode')
+
+    @property
+    def busy(self):
+        """Whether an episode is being played."""
+        return self._busy.locked()
+
+    def stop(self):
+        """Let the episode that is being played, if any, end soon."""
+        self._stopped.set()
+
+    async def _execute(self, goal):
+        result = RunEpisode.Result()
+        if not self._busy.acquire(blocking=False):
+            result.message = 'an episode is being played; cancel it or wait for its end'
+            goal.abort()
+            return result
+        await work_on(self, goal, result, lambda: self._play(goal, result))
+        self._busy.release()
+        return result
+
+    def _play(self, goal, result):
+        """Fill the result; called in the episode's thread."""
+
+        def tell(tick, poses):
+            if goal.is_cancel_requested or self._stopped.is_set():
+                raise InterruptedError('stopped on request')
+            predator, prey = (Pose2D(x=x, y=y, theta=theta) for x, y, theta in poses.tolist())
+            goal.publish_feedback(RunEpisode.Feedback(tick=tick, predator=predator, prey=prey))
+
+        request = goal.request
+        try:
+            environment = to_environment(request.environment)
+            with EpisodePlayer(environment, request.real_time_factor) as player:
+                genomes = np.asarray(request.predator), np.asarray(request.prey)
+                if request.bag:
+                    with BagWriter(Path(request.bag)) as bag:
+                        episode = player.play(*genomes, bag, tell)
+                else:
+                    episode = player.play(*genomes, None, tell)
+        except (ValueError, RuntimeError, OSError) as error:  # TimeoutError is an OSError
+            result.message = str(error)
+        else:
+            result.success = True
+            result.captured = episode.captured
+            result.capture_tick = episode.ticks
+            result.prey_fitness = episode.ticks / environment.episode_ticks
+            result.predator_fitness = 1 - result.prey_fitness
+            result.predator_complexity, result.prey_complexity = (
+                _complexity(episode.wheels[:, robot]) for robot in range(2)
+            )
+
+
+def _complexity(wheels):
+    """Return the complexity (paper section 4) of wheel speeds, (ticks, 2), in rad/s a tick.
+
+    The sum of |change of (left + right) / 2| + |change of (right - left) / 2| over the ticks, from
+    rest, over twice their number.
+    """
+    left, right = np.vstack([np.zeros(2), wheels]).T
+    change = np.abs(np.diff(left + right)) + np.abs(np.diff(right - left))
+    return float(change.sum() / 2 / (2 * len(wheels)))
+
+
+def main():
+    """Run the executable ``episodes`` until it is stopped; return its exit code."""
+    return run_node(EpisodesNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

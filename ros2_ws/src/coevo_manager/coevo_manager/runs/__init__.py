@@ -1,0 +1,1 @@
+"""Runs from the command line, as an action, and many at a time."""

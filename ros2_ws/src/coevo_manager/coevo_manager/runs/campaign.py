@@ -1,0 +1,75 @@
+"""`coevo_manager campaign`: many runs, conditions x environments x seeds, over Dask."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog='coevo_manager campaign',
+        description='Run evolution for every condition, environment and seed of a campaign file. '
+        'Finished runs are skipped, interrupted ones continue, failed ones are tried again.',
+    )
+    parser.add_argument(
+        'file', metavar='FILE.yaml', type=Path, help='the campaign, see docs/analysis.md'
+    )
+    parser.add_argument(
+        '--dask',
+        metavar='ADDRESS',
+        help='scheduler of a Dask cluster (default: one worker process a core here)',
+    )
+    return parser
+
+
+def main(argv=None) -> int:
+    """Run a campaign; 0 when all runs finished, 1 when some failed, 2 for bad input."""
+    arguments = make_parser().parse_args(argv)
+    from distributed import Client
+
+    from coevo_manager.runs.jobs import CampaignError, execute, read_campaign
+
+    console = Console(stderr=True)
+    try:
+        campaign = read_campaign(arguments.file)
+        client = (
+            Client(arguments.dask, timeout='30s')
+            if arguments.dask
+            else Client(
+                n_workers=os.cpu_count(),
+                threads_per_worker=1,
+                memory_limit=0,
+                dashboard_address=None,
+                silence_logs='CRITICAL',
+            )
+        )
+    except (CampaignError, OSError) as error:
+        print(f'coevo_manager campaign: {error}', file=sys.stderr)
+        return 2
+    columns = (TextColumn('Runs'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    try:
+        with client, Progress(*columns, console=console) as progress:
+            task = progress.add_task('runs', total=len(campaign.jobs))
+
+            def done(job, error):
+                progress.advance(task)
+                progress.console.print(f'{job.folder.name}: {error or "finished"}', markup=False)
+
+            table = execute(campaign, client, done)
+    except KeyboardInterrupt:
+        print('coevo_manager campaign: interrupted; the same command continues', file=sys.stderr)
+        return 130
+    failed = int((table['state'] == 'failed').sum())
+    print(
+        f'{len(table) - failed} of {len(table)} runs finished, see {campaign.out / "campaign.csv"}'
+    )
+    return 1 if failed else 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,79 @@
+"""The executable evolve: co-evolution from the command line."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+
+import rclpy
+
+from coevo_manager.core.evolution import RunFolderError
+from coevo_manager.evaluators.pool import EvaluationError
+from coevo_manager.runs.display import make_display
+from coevo_manager.runs.options import Options, read_options
+from coevo_manager.runs.run import Plan, Run, make_plan
+from node_runner import own_arguments, start_ros
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the executable ``evolve``.
+
+    Returns
+    -------
+    int
+        Exit code: 0 when the run is complete, 2 for bad input, 1 when it failed, and 128 and the
+        signal's number when a signal ended it.
+    """
+    command_line = list(sys.argv if arguments is None else ['evolve', *arguments])
+    try:
+        options = read_options(own_arguments(command_line))
+        plan = make_plan(options.values, options.preset, options.out, options.resume)
+    except (ValueError, RunFolderError) as error:
+        print(f'evolve: {error}', file=sys.stderr)
+        return 2
+    # Events are shown by the display; rosout and the log file get them as well.
+    start_ros([*command_line, '--ros-args', '--disable-stdout-logs'])
+    try:
+        return _evolve(plan, options)
+    finally:
+        rclpy.try_shutdown()
+
+
+def _evolve(plan: Plan, options: Options) -> int:
+    node = rclpy.create_node('evolve', start_parameter_services=False)
+    display = make_display(plan.configuration)
+    run = Run(node, plan, display.status, display.event, options.evaluators, options.patience)
+    received: list[int] = []
+
+    def on_signal(number: int, _) -> None:
+        received.append(number)
+        run.stop()
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, on_signal)
+    try:
+        with display:
+            display.event(f'evolving into {plan.folder}')
+            outcome = run.run()
+    except EvaluationError as error:
+        print(f'evolve: {error}', file=sys.stderr)
+        return 2
+    except RunFolderError as error:
+        print(f'evolve: {error}', file=sys.stderr)
+        return 1
+    finally:
+        node.destroy_node()
+    if outcome.finished:
+        display.report(outcome.report)
+        display.event(f'The run is in {outcome.folder}')
+        return 0
+    if (outcome.folder / 'run.json').exists():
+        display.event(f'stopped; go on with: evolve --resume {outcome.folder}')
+    else:
+        display.event('stopped before the run began')
+    return 128 + received[0]
+
+
+if __name__ == '__main__':
+    sys.exit(main())

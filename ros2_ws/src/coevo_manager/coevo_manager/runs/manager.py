@@ -1,0 +1,148 @@
+"""The manager node: evolution as an action."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import yaml
+from coevo_msgs.action import Evolve
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+
+from coevo_manager.core.evolution import GenerationStats, RunFolderError
+from coevo_manager.evaluators.pool import EvaluationError
+from coevo_manager.runs.run import Plan, Run, Status, make_plan, to_message
+from node_runner import run_node
+from node_runner.actions import work_on
+
+
+class ManagerNode(Node):
+    """Serves the action ``evolve`` (coevo_msgs/action/Evolve), one run at a time.
+
+    Bad goals are aborted with one sentence in the result, as are failed runs; a cancelled run ends
+    within a generation and its folder can be resumed.
+
+    Parameters (ROS)
+    ----------------
+    evaluators : int
+        Evaluator processes to start for a run; 0: use running ones; -1: one for each core.
+    patience : float
+        The shortest time after which an evaluator counts as late, s.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('manager')
+        self._evaluators = self.declare_parameter(
+            'evaluators',
+            -1,
+            ParameterDescriptor(integer_range=[IntegerRange(from_value=-1, to_value=1024)]),
+        )
+        self._patience = self.declare_parameter(
+            'patience',
+            5.0,
+            ParameterDescriptor(
+                floating_point_range=[FloatingPointRange(from_value=0.1, to_value=86400.0)]
+            ),
+        )
+        self._run: Run | None = None
+        self._busy = False
+        self._server = ActionServer(
+            self,
+            Evolve,
+            'evolve',
+            self._execute,
+            cancel_callback=self._cancel,
+        )
+
+    @property
+    def busy(self) -> bool:
+        """Whether a run is in progress."""
+        return self._busy
+
+    def stop(self) -> None:
+        """Ask the run in progress, if any, to end within a generation."""
+        if self._run is not None:
+            self._run.stop()
+
+    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
+        del goal
+        self.stop()
+        return CancelResponse.ACCEPT
+
+    async def _execute(self, goal: ServerGoalHandle) -> Evolve.Result:
+        result = Evolve.Result()
+        if self.busy:
+            result.message = 'a run is in progress; cancel it or wait for its end'
+            goal.abort()
+            return result
+        self._busy = True
+        await work_on(self, goal, result, lambda: self._evolve(goal, result))
+        self._busy, self._run = False, None
+        return result
+
+    def _evolve(self, goal: ServerGoalHandle, result: Evolve.Result) -> None:
+        """Fill the result; called in the run's thread."""
+        # The run waits for its clients by itself, so they must not be this node's, which is spun.
+        node = Node('evolution', start_parameter_services=False)
+        try:
+            plan = _read_goal(goal.request)
+            evaluators = self._evaluators.value
+            self._run = Run(
+                node,
+                plan,
+                lambda status: _tell(status, goal, result),
+                lambda message: None,
+                None if evaluators < 0 else evaluators,
+                self._patience.value,
+            )
+            if goal.is_cancel_requested:
+                self._run.stop()
+            result.path = str(plan.folder)
+            outcome = self._run.run()
+            result.success = outcome.finished
+            if not outcome.finished:
+                result.message = f'stopped on request; go on by resuming {outcome.folder}'
+        except (ValueError, RunFolderError, EvaluationError) as error:
+            result.message = str(error)
+        except Exception as error:
+            result.message = f'{type(error).__name__}: {error}'
+            self.get_logger().error(result.message)
+        finally:
+            node.destroy_node()
+
+
+def _tell(status: Status, goal: ServerGoalHandle, result: Evolve.Result) -> None:
+    stats = status.stats
+    result.generations, result.phases = stats.generation, stats.phase
+    result.episodes, result.ticks = stats.episodes, stats.ticks
+    if isinstance(stats, GenerationStats):
+        result.phases -= 1  # the running one is not completed
+        goal.publish_feedback(Evolve.Feedback(stats=to_message(status)))
+
+
+def _read_goal(request: Evolve.Goal) -> Plan:
+    folder = Path(request.out) if request.out else None
+    if request.resume and (folder is None or request.configuration):
+        raise ValueError('a goal that resumes must name its folder, out, and no configuration')
+    try:
+        values: Any = yaml.safe_load(request.configuration) or {}
+    except yaml.YAMLError as error:
+        raise ValueError(f'configuration is not YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(values, dict):
+        raise ValueError(f'configuration must be a mapping, got {request.configuration!r}')
+    if request.resume:
+        return make_plan({}, request.preset, None, folder)
+    return make_plan(values, request.preset, folder, None)
+
+
+def main() -> int:
+    """Run the executable ``manager`` until it is stopped; return its exit code."""
+    return run_node(ManagerNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,266 @@
+"""One run of evolution on a ROS node: its evaluators, its statistics, its events."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import os
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from coevo_msgs.msg import GenerationStats as GenerationStatsMsg
+from rclpy.node import Node
+
+from coevo_manager.core.configuration import Configuration, differences, load_configuration
+from coevo_manager.core.evaluation import StoppedError
+from coevo_manager.core.evolution import (
+    Evolution,
+    GenerationStats,
+    Outcome,
+    PhaseStats,
+    RunFolderError,
+    check_new_folder,
+    read_configuration,
+)
+from coevo_manager.evaluators.pool import RosEvaluator
+
+STATUS_PERIOD = 0.1
+"""Shortest time between two generations that are told, s; the last of a phase always is."""
+
+DISCOVERY_TIMEOUT = 10.0
+"""How long a run without own evaluators looks for the first one, s."""
+
+SLOW_START = 3.0
+"""A start of the evaluators that takes longer is explained, s."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """What to run and where.
+
+    Attributes
+    ----------
+    configuration : Configuration
+    folder : Path
+        The run folder.
+    resume : bool
+        Whether to go on with the run that the folder holds.
+    """
+
+    configuration: Configuration
+    folder: Path
+    resume: bool
+
+
+def make_plan(
+    values: Mapping[str, Any], preset: str, out: Path | None, resume: Path | None
+) -> Plan:
+    """Decide what to run, checking all that can be checked beforehand.
+
+    Parameters
+    ----------
+    values : mapping
+        Fields of `Configuration` by name; with `resume`, they must be those of the run.
+    preset : str
+        What they change; without meaning with `resume`.
+    out : Path, optional
+        The folder of a new run; without it, the first ``runs/<algorithm>-<seed>-<number>`` that
+        is free.
+    resume : Path, optional
+        The folder of the run to go on with.
+
+    Raises
+    ------
+    ValueError, RunFolderError
+        One sentence.
+    """
+    if resume is not None:
+        held = read_configuration(resume)
+        wanted = load_configuration(held.as_dict() | dict(values))
+        if wanted != held:
+            raise RunFolderError(
+                f'{resume} holds a run of another configuration '
+                f'(there, here): {"; ".join(differences(held, wanted))}'
+            )
+        return Plan(held, resume, resume=True)
+    configuration = load_configuration(values, preset)
+    if out is None:
+        stem = f'{configuration.algorithm}-{configuration.seed}'
+        folders = (Path('runs', f'{stem}-{number}') for number in itertools.count(1))
+        out = next(folder for folder in folders if not folder.exists())
+    check_new_folder(out)
+    return Plan(configuration, out, resume=False)
+
+
+@dataclasses.dataclass(frozen=True)
+class Status:
+    """Where a run stands.
+
+    Attributes
+    ----------
+    stats : GenerationStats or PhaseStats
+        What was completed last.
+    ticks_per_second : float
+        Simulated lately; 0 in the first `STATUS_PERIOD`.
+    seconds_left : float
+        Wall-clock time to the end at this pace; NaN while nothing is known of it.
+    """
+
+    stats: GenerationStats | PhaseStats
+    ticks_per_second: float
+    seconds_left: float
+
+
+class _Pace:
+    """How fast a run goes on."""
+
+    def __init__(self) -> None:
+        self._first: tuple[float, float] | None = None
+        self._last = (0.0, 0)
+        self._rate = 0.0
+
+    def status(self, stats: GenerationStats | PhaseStats, now: float) -> Status:
+        if self._first is None:
+            self._first = now, stats.progress
+            self._last = now, stats.ticks
+        seconds = now - self._last[0]
+        if seconds >= STATUS_PERIOD:
+            rate = (stats.ticks - self._last[1]) / seconds
+            self._rate = 0.8 * self._rate + 0.2 * rate if self._rate else rate
+            self._last = now, stats.ticks
+        spent = stats.progress - self._first[1]
+        left = (1 - stats.progress) / spent * (now - self._first[0]) if spent > 0 else math.nan
+        return Status(stats, self._rate, left)
+
+
+class Run:
+    """Runs a plan; the evaluators are started and ended with it.
+
+    Parameters
+    ----------
+    node : Node
+        It must not be spun. It publishes ``generation_stats`` (coevo_msgs/GenerationStats) at most
+        10 times a second, and tells events on /rosout.
+    plan : Plan
+    on_status : callable
+        Called with a `Status`, at most 10 times a second and after each phase.
+    on_event : callable
+        Called with one sentence when something happens.
+    own_evaluators : int, optional
+        Evaluator processes to start; 0: use running ones. Without it, one for each core.
+    patience : float
+        The shortest time after which an evaluator counts as late, s.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        plan: Plan,
+        on_status: Callable[[Status], None],
+        on_event: Callable[[str], None],
+        own_evaluators: int | None = None,
+        patience: float = 5.0,
+    ) -> None:
+        self._node = node
+        self._plan = plan
+        self._on_status = on_status
+        self._on_event = on_event
+        self._stop = threading.Event()
+        self._evolution: Evolution | None = None
+        self._pace = _Pace()
+        self._next_status = 0.0
+        self._untold: GenerationStats | None = None
+        self._publisher = node.create_publisher(GenerationStatsMsg, 'generation_stats', 10)
+        if own_evaluators is None:
+            own_evaluators = len(os.sched_getaffinity(0))
+        self._own_evaluators = own_evaluators
+        self._evaluator = RosEvaluator(
+            node, plan.configuration.make_environment(), own_evaluators, self._event, patience
+        )
+
+    def run(self) -> Outcome:
+        """Run to the end, or till `stop` is called.
+
+        Raises
+        ------
+        RunFolderError
+            The folder cannot be used or written.
+        EvaluationError
+            There is no evaluator to play the episodes.
+        """
+        plan = self._plan
+        explanation = threading.Timer(SLOW_START, self._explain_start)
+        try:
+            explanation.start()
+            self._evaluator.start(self._stop, None if self._own_evaluators else DISCOVERY_TIMEOUT)
+            explanation.cancel()
+            if plan.resume:
+                self._evolution = Evolution.resume(plan.folder, self._evaluator, self._observe)
+            else:
+                self._evolution = Evolution(
+                    plan.configuration, self._evaluator, plan.folder, self._observe
+                )
+            if self._stop.is_set():
+                self._evolution.stop()
+            return self._evolution.run()
+        except StoppedError:
+            return Outcome(finished=False, folder=plan.folder, report='')
+        finally:
+            explanation.cancel()
+            self._evaluator.close()
+            self._node.destroy_publisher(self._publisher)
+
+    def stop(self) -> None:
+        """Ask the run to end within a generation; from any thread or a signal handler."""
+        self._stop.set()
+        if self._evolution is not None:
+            self._evolution.stop()
+
+    def _explain_start(self) -> None:
+        if self._own_evaluators:
+            self._event(
+                'the evaluators are starting; the first start compiles the simulation, which '
+                'takes up to 20 s'
+            )
+        else:
+            self._event('looking for evaluators')
+
+    def _event(self, message: str) -> None:
+        if self._evolution is not None:
+            self._evolution.log(message)
+        self._node.get_logger().info(message)
+        self._on_event(message)
+
+    def _observe(self, stats: GenerationStats | PhaseStats) -> None:
+        now = time.monotonic()
+        if isinstance(stats, GenerationStats):
+            if now < self._next_status:
+                self._untold = stats
+                return
+            self._tell(stats, now)
+        else:
+            if self._untold is not None:
+                self._tell(self._untold, now)
+            self._on_status(self._pace.status(stats, now))
+
+    def _tell(self, stats: GenerationStats, now: float) -> None:
+        self._next_status = now + STATUS_PERIOD
+        self._untold = None
+        status = self._pace.status(stats, now)
+        message = to_message(status)
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
+        self._on_status(status)
+
+
+def to_message(status: Status) -> GenerationStatsMsg:
+    """Return the message of a generation's status, without its time."""
+    names = GenerationStatsMsg.get_fields_and_field_types()
+    fields = {k: v for k, v in dataclasses.asdict(status.stats).items() if k in names}
+    return GenerationStatsMsg(
+        **fields, ticks_per_second=status.ticks_per_second, seconds_left=status.seconds_left
+    )

@@ -1,0 +1,135 @@
+"""Run folders: how they are grouped, and one clear sentence for each that cannot be used."""
+
+import shutil
+
+import numpy as np
+import pytest
+from analysis_runs import make_run
+
+from coevo_manager.analysis import command as analyze
+from coevo_manager.analysis.runs import AnalysisError, choose_generations, read_runs
+
+
+@pytest.fixture(scope='module')
+def tiny(tmp_path_factory):
+    """Two replications of one condition."""
+    folder = tmp_path_factory.mktemp('runs')
+    return [make_run(folder / f'seed{seed}', seed=seed) for seed in (1, 2)]
+
+
+@pytest.fixture
+def copies(tiny, tmp_path):
+    return [shutil.copytree(run, tmp_path / run.name) for run in tiny]
+
+
+def refusal(capsys, runs, *options):
+    """The one sentence with which the command refuses; nothing is written."""
+    out = runs[0].parent / 'out'
+    assert analyze.main([*map(str, runs), '--out', str(out), *options]) == 2
+    assert not (out / 'report.html').exists()
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.strip()]
+    assert len(lines) == 1
+    return lines[0]
+
+
+def test_runs_are_grouped_and_ordered(tiny, tmp_path):
+    other = make_run(tmp_path / 'a', seed=9, environment='obstacle')
+    plain = make_run(tmp_path / 'b', seed=3, algorithm='simplified')
+    runs = read_runs([other, plain, *tiny])
+    assert [(r.condition.name, r.condition.arena, r.seed) for r in runs] == [
+        ('Standard', 'open arena', 1),
+        ('Standard', 'open arena', 2),
+        ('Simplified', 'open arena', 3),
+        ('Standard', 'arena with obstacle', 9),
+    ]
+    snapshot = runs[0].snapshot(40)
+    best = snapshot.ranking('predator')[0]
+    assert snapshot.fitness.mean(axis=1)[best] == snapshot.fitness.mean(axis=1).max()
+    worst_for_predators = snapshot.ranking('prey')[0]
+    columns = snapshot.fitness.mean(axis=0)
+    assert columns[worst_for_predators] == columns.min()
+
+
+def test_generations_in_common(tiny, tmp_path):
+    longer = make_run(tmp_path / 'longer', seed=3, phases=6)
+    runs = read_runs([*tiny, longer])
+    assert choose_generations(runs) == [0, 10, 20, 30, 40]
+    assert choose_generations(runs, every=20) == [0, 20, 40]
+    assert choose_generations(runs, until=20) == [0, 10, 20]
+    with pytest.raises(AnalysisError, match='until is 60'):
+        choose_generations(runs, until=60)
+    with pytest.raises(AnalysisError, match='every is 70'):
+        choose_generations(runs, every=70)
+
+
+def test_no_run(copies, capsys, tmp_path):
+    (tmp_path / 'empty').mkdir()
+    assert 'holds no run' in refusal(capsys, [copies[0], tmp_path / 'empty'])
+
+
+def test_missing_snapshot(copies, capsys):
+    (copies[1] / 'snapshots' / 'gen_000020.npz').unlink()
+    message = refusal(capsys, copies)
+    assert str(copies[1]) in message
+    assert 'the snapshot of generation 20 is missing' in message
+
+
+def test_truncated_snapshot(copies, capsys):
+    path = copies[0] / 'snapshots' / 'gen_000030.npz'
+    path.write_bytes(path.read_bytes()[:-2000])
+    assert f'{path} is truncated or not a snapshot' in refusal(capsys, copies)
+
+
+def test_pickled_snapshot_is_never_opened(copies, capsys):
+    path = copies[0] / 'snapshots' / 'gen_000030.npz'
+    np.savez(path, generation=30, predators=np.array([object()]), prey=1, fitness=1)
+    assert f'{path} is truncated or not a snapshot' in refusal(capsys, copies)
+
+
+def test_snapshot_of_another_shape(copies, capsys):
+    path = copies[0] / 'snapshots' / 'gen_000030.npz'
+    with np.load(path) as data:
+        arrays = dict(data)
+    np.savez(path, **arrays | {'prey': arrays['prey'][:3]})
+    message = refusal(capsys, copies)
+    assert '(8, 442)' in message
+    assert '(3, 442)' in message
+    np.savez(path, **arrays | {'generation': np.int64(20)})
+    assert 'holds generation 20' in refusal(capsys, copies)
+    arrays['prey'][0, 0] = np.nan
+    np.savez(path, **arrays)
+    assert 'not finite' in refusal(capsys, copies)
+
+
+def test_damaged_log(copies, capsys):
+    (copies[0] / 'phases.csv').write_text('nothing\n')
+    assert 'phases.csv' in refusal(capsys, copies)
+
+
+def test_no_replications(tiny, capsys, tmp_path):
+    twin = make_run(tmp_path / 'twin', seed=2)
+    assert 'the same replication: seed 2' in refusal(capsys, [*tiny, twin])
+    assert 'given twice' in refusal(capsys, [tiny[0], tiny[0]])
+    wider = make_run(tmp_path / 'wider', seed=3, population=16)
+    message = refusal(capsys, [*tiny, wider])
+    assert 'population: 8, 16' in message
+
+
+def test_mixed_environments(tiny, capsys, tmp_path):
+    slippery = make_run(tmp_path / 'slippery', algorithm='simplified', wall_friction=0.25)
+    message = refusal(capsys, [*tiny, slippery])
+    assert 'mix environments, wall_friction is 0.5 and 0.25' in message
+
+
+def test_no_scheduler(tiny, capsys):
+    assert 'dask is nowhere' in refusal(capsys, tiny, '--dask', 'nowhere')
+
+
+@pytest.mark.parametrize(
+    ('option', 'value'), [('--every', '0'), ('--probe', '-1'), ('--threads', 'two')]
+)
+def test_bad_option(tiny, capsys, option, value):
+    with pytest.raises(SystemExit) as ended:
+        analyze.main([str(tiny[0]), '--out', 'x', option, value])
+    assert ended.value.code == 2
+    assert f'{value} is not a whole number' in capsys.readouterr().err

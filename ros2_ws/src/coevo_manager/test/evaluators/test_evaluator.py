@@ -1,0 +1,209 @@
+"""The evaluator node in a process of its own, asked over its service."""
+
+import array
+import signal
+import time
+
+import numpy as np
+import pytest
+import rclpy
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from lineages import follow, random_lineage
+from rclpy.qos import QoSProfile
+from ros_processes import process_starter, ros_environment
+
+from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pairs
+from coevo_manager.evaluators.messages import (
+    to_environment,
+    to_environment_message,
+    to_request,
+    to_sequence,
+)
+from neuro_controller.core.genome import random_genomes
+from node_runner import settle
+
+RNG = np.random.default_rng(3)
+PREDATORS, PREY = random_genomes(5, RNG), random_genomes(7, RNG)
+PREDATOR_INDEX, PREY_INDEX = np.indices((5, 7), np.uint32).reshape(2, -1)
+SIGNED = Environment(obstacle=True, motor_map='signed', prey_speed=9.0, episode_ticks=300)
+
+
+@pytest.fixture(scope='module')
+def asker(tmp_path_factory):
+    """``ask(*requests)`` -> responses, all requests under way at once, of a real evaluator."""
+    folder = tmp_path_factory.mktemp('evaluator')
+    with ros_environment() as env, process_starter(env, folder) as start:
+        process = start(['coevo_manager', 'evaluator', '--ros-args', '-r', '__ns:=/evaluator_3'])
+        context = rclpy.Context()
+        rclpy.init(context=context, domain_id=int(env['ROS_DOMAIN_ID']))
+        node = rclpy.create_node('asker', context=context)
+        clients = {
+            service_type.Request: node.create_client(
+                service_type, f'/evaluator_3/{name}', qos_profile=QoSProfile(depth=30)
+            )
+            for service_type, name in (
+                (EvaluateBatch, 'evaluate_batch'),
+                (EvaluateLineage, 'evaluate_lineage'),
+            )
+        }
+        executor = rclpy.executors.SingleThreadedExecutor(context=context)
+        executor.add_node(node)
+
+        def ask(*requests):
+            futures = [clients[type(request)].call_async(request) for request in requests]
+            deadline = time.monotonic() + 20
+            while not all(future.done() for future in futures):
+                assert process.poll() is None, process.stderr_text
+                assert time.monotonic() < deadline
+                executor.spin_once(timeout_sec=0.1)
+            return [future.result() for future in futures]
+
+        try:
+            assert all(client.wait_for_service(60) for client in clients.values())
+            settle(executor)
+            yield ask
+        finally:
+            executor.shutdown()
+            node.destroy_node()
+            rclpy.shutdown(context=context)
+
+
+def request(environment=None, complexity=False, rows=slice(None)):
+    environment = environment or Environment()
+    return EvaluateBatch.Request(
+        predators=to_sequence(PREDATORS, 'f'),
+        prey=to_sequence(PREY, 'f'),
+        predator_index=to_sequence(PREDATOR_INDEX[rows], 'I'),
+        prey_index=to_sequence(PREY_INDEX[rows], 'I'),
+        environment=to_environment_message(environment),
+        complexity=complexity,
+    )
+
+
+def test_answers_equal_the_core(asker):
+    (response,) = asker(request())
+    assert response.success, response.message
+    expected = evaluate_pairs(PREDATORS, PREY, PREDATOR_INDEX, PREY_INDEX)
+    assert list(response.capture_ticks) == expected.tolist()
+    assert len(response.predator_complexity) == len(response.prey_complexity) == 0
+
+
+def test_complexity_on_request(asker):
+    (response,) = asker(request(SIGNED, complexity=True))
+    ticks, complexity = measure_pairs(PREDATORS, PREY, PREDATOR_INDEX, PREY_INDEX, SIGNED)
+    assert list(response.capture_ticks) == ticks.tolist()
+    np.testing.assert_array_equal(response.predator_complexity, complexity[:, 0])
+    np.testing.assert_array_equal(response.prey_complexity, complexity[:, 1])
+
+
+def test_many_requests_at_once_in_several_environments(asker):
+    environments = [Environment(episode_ticks=ticks) for ticks in range(40, 140, 10)] + [SIGNED]
+    rows = [slice(0, k % 7 + 1) for k in range(22)]
+    asked = [(environments[k % 11], rows[k]) for k in range(22)]
+    responses = asker(*(request(environment, rows=row) for environment, row in asked))
+    for (environment, row), response in zip(asked, responses, strict=True):
+        expected = evaluate_pairs(
+            PREDATORS, PREY, PREDATOR_INDEX[row], PREY_INDEX[row], environment
+        )
+        assert list(response.capture_ticks) == expected.tolist()
+
+
+@pytest.mark.parametrize('species', ['predator', 'prey'])
+def test_lineages_beside_batches(asker, species):
+    lineages = [
+        random_lineage(np.random.default_rng(seed), species, SIGNED, generations=15)
+        for seed in range(3)
+    ]
+    message = to_environment_message(SIGNED)
+    *answers, _ = asker(*(to_request(lineage, message) for lineage in lineages), request(SIGNED))
+    for lineage, response in zip(lineages, answers, strict=True):
+        assert response.success, response.message
+        assert list(response.capture_ticks) == follow(lineage, SIGNED)[0].tolist()
+
+
+def test_no_episodes_are_no_work(asker):
+    (response,) = asker(EvaluateBatch.Request())
+    assert response.success
+    assert len(response.capture_ticks) == 0
+
+
+LINEAGE = random_lineage(np.random.default_rng(6), 'prey', Environment(), generations=3)
+
+
+def bad_lineage(name, value):
+    asked = to_request(LINEAGE, to_environment_message(Environment()))
+    setattr(asked, name, value)
+    return asked
+
+
+def bad(name, value):
+    asked = request()
+    place = asked
+    *path, last = name.split('.')
+    for part in path:
+        place = getattr(place, part)
+    setattr(place, last, value)
+    return asked
+
+
+def genes(index, value):
+    changed = PREDATORS.copy()
+    changed[index] = value
+    return to_sequence(changed, 'f')
+
+
+@pytest.mark.parametrize(
+    ('asked', 'sentence'),
+    [
+        (bad('predators', array.array('f', [0.0] * 441)), 'predators has 441 numbers'),
+        (bad('predators', genes((1, 2), np.nan)), 'value nan as gene 2 of genome 1'),
+        (bad('predators', genes((4, 441), 5.01)), '5.01'),
+        (bad('predators', genes((0, 0), -np.inf)), '-inf as gene 0 of genome 0'),
+        (bad('prey', array.array('f')), 'prey_index has the value 6'),
+        (bad('prey_index', array.array('I', [7] * 35)), 'prey_index has the value 7'),
+        (bad('predator_index', array.array('I', [0] * 34)), '35 entries, expected 34'),
+        (bad('environment.motor_map', 'sideways'), "motor_map is 'sideways'"),
+        (bad('environment.episode_ticks', 0), 'episode_ticks is 0'),
+        (bad('environment.predator_speed', -1.0), 'predator_speed is -1.0'),
+        (bad('environment.wall_friction', float('nan')), 'wall_friction is nan'),
+        (bad('environment.physics', 'cartoon'), "physics is 'cartoon'"),
+        (bad('environment.perturbations.motor_noise', 2.0), 'motor_noise is 2.0'),
+        (bad_lineage('parent', array.array('f', [0.0] * 884)), 'parent has 884 numbers'),
+        (bad_lineage('parent', array.array('f', [6.0] * 442)), 'value 6.0 as gene 0 of genome 0'),
+        (bad_lineage('opponents', array.array('f')), 'opponents is empty'),
+        (bad_lineage('redrawn', array.array('I')), 'redrawn is empty'),
+        (bad_lineage('redrawn', array.array('I', [2**32 - 1] * 2)), 'expected 8589934590 by'),
+        (bad_lineage('genes', array.array('I', [442])), 'genes has the value 442'),
+        (bad_lineage('values', array.array('f', [0.0])), 'values has 1 entries, expected'),
+        (
+            bad_lineage('values', array.array('f', [np.nan] * len(LINEAGE.values))),
+            'values has the value nan',
+        ),
+    ],
+)
+def test_bad_requests_are_refused_and_the_node_goes_on(asker, asked, sentence):
+    refused, served = asker(asked, request())
+    assert not refused.success
+    assert sentence in refused.message
+    assert '\n' not in refused.message
+    assert len(refused.capture_ticks) == 0
+    assert served.success
+
+
+def test_environments_survive_the_message():
+    for environment in (Environment(), SIGNED, Environment(obstacle=True)):
+        assert to_environment(to_environment_message(environment)) == environment
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_cleanly(start, number):
+    process = start(['coevo_manager', 'evaluator'])
+    process.wait_for_output('ready on', 60)
+    process.send_signal(number)
+    assert process.wait(10) == 0
+    assert 'Traceback' not in process.stderr_text
+
+
+def test_bad_options(start):
+    process = start(['coevo_manager', 'evaluator', '--parent', 'me'])
+    assert process.wait(30) == 2
