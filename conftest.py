@@ -44,6 +44,22 @@ def client(env):
         yield the_client
 
 
+def pytest_collection_modifyitems(items):
+    """Mark the tests that open web pages: those with the fixture ``page``."""
+    for item in items:
+        if 'page' in item.fixturenames:
+            item.add_marker('browser')
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Count a skipped test as failed: it proves nothing."""
+    report = yield
+    if report.skipped and not hasattr(report, 'wasxfail'):
+        report.outcome = 'failed'
+    return report
+
+
 def pytest_sessionfinish(session):
     """Remove what killed participants left in shared memory, once all workers are done."""
     if not hasattr(session.config, 'workerinput'):

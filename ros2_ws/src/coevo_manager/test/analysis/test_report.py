@@ -2,13 +2,13 @@
 
 import base64
 import shutil
-import time
 import zlib
 
 import numpy as np
 import pandas as pd
 import pytest
 from analysis_runs import complexity_of_wheels, make_run
+from browser import SHOW, ask, click, open_browser, until
 
 from coevo_manager.analysis import command as analyze
 from coevo_manager.analysis.measures import paper as measures
@@ -22,7 +22,6 @@ from coevo_manager.analysis.study import collect
 from coevo_manager.core.episodes import evaluate_matrix, measure_pairs, trace_pair
 
 CHANNELS = 61
-SHOW = "arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})"
 
 
 @pytest.fixture(scope='module')
@@ -195,39 +194,9 @@ def test_packed_episodes_keep_what_happened(runs):
 @pytest.fixture(scope='module')
 def page(out):
     """The report in headless Chromium."""
-    chromium, driver = shutil.which('chromium'), shutil.which('chromedriver')
-    if not chromium or not driver:
-        pytest.skip('no Chromium with its driver here: apt-get install chromium chromium-driver')
-    from selenium import webdriver
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for argument in ('--headless=new', '--no-sandbox', '--disable-gpu', '--window-size=1280,1000'):
-        options.add_argument(argument)
-    options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
-    browser = webdriver.Chrome(options, webdriver.ChromeService(driver))
-    try:
+    with open_browser() as browser:
         browser.get(f'file://{out / "report.html"}')
         yield browser
-    finally:
-        browser.quit()
-
-
-def until(condition, seconds=20):
-    """Wait for a condition; its last value."""
-    deadline = time.monotonic() + seconds
-    while not (value := condition()) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    return value
-
-
-def click(page, element):
-    page.execute_script(SHOW, element)
-    element.click()
-
-
-def ask(page, script, *arguments):
-    return page.execute_script(f'return {script}', *arguments)
 
 
 def test_the_answer_comes_first(page):
