@@ -3,6 +3,9 @@
 import pytest
 from ros_processes import clean_shared_memory, process_starter, ros_environment
 
+MARKERS = {'browser': {'page'}, 'processes': {'ros_env', 'env'}}
+"""Markers, and the fixtures whose tests bear them."""
+
 
 @pytest.fixture
 def ros_env():
@@ -45,10 +48,11 @@ def client(env):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark the tests that open web pages: those with the fixture ``page``."""
+    """Mark the tests that open web pages or start ROS processes, by their fixtures."""
     for item in items:
-        if 'page' in item.fixturenames:
-            item.add_marker('browser')
+        for marker, fixtures in MARKERS.items():
+            if not fixtures.isdisjoint(item.fixturenames):
+                item.add_marker(marker)
 
 
 @pytest.hookimpl(wrapper=True)
