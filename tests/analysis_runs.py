@@ -1,8 +1,6 @@
-"""Tiny real runs for tests of the analysis, and a reference of complexity."""
+"""Tiny real runs for tests of the analysis."""
 
 from pathlib import Path
-
-import numpy as np
 
 from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.evaluation import LocalEvaluator
@@ -25,16 +23,3 @@ def make_run(folder: Path, **values) -> Path:
     configuration = load_configuration({**TINY, **values})
     Evolution(configuration, LocalEvaluator(configuration.make_environment()), folder).run()
     return folder
-
-
-def complexity_of_wheels(wheels):
-    """Behavioural complexity c (section 4) of desired wheel speeds (s, 2): left, right, rad/s.
-
-    With tv = (left + right) / 2 and rv = (right - left) / 2, c is the sum over the s ticks of
-    |change of tv| + |change of rv|, starting from rest, over 2 s. Unit: rad/s a tick.
-    """
-    wheels = np.vstack([np.zeros((1, 2)), np.asarray(wheels, float)])
-    translation = (wheels[:, 0] + wheels[:, 1]) / 2
-    rotation = (wheels[:, 1] - wheels[:, 0]) / 2
-    steps = len(wheels) - 1
-    return float((np.abs(np.diff(translation)) + np.abs(np.diff(rotation))).sum() / (2 * steps))

@@ -28,8 +28,9 @@ from coevo_manager.core.episodes.trace import trace_pair
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.message_types import make_typestore
 from coevo_manager.recording.player import EpisodePlayer
-from neuro_controller.core.champions import SHIPPED, read_snapshot
+from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.genome import random_genomes
+from neuro_controller.core.snapshot import read_snapshot
 
 CONDITIONS = {
     'open printed': Environment(),
@@ -47,8 +48,9 @@ def pairs(condition):
         SHIPPED / ('obstacle.npz' if 'obstacle' in condition else 'open.npz')
     )
     rng = np.random.default_rng(len(condition))
-    yield champions['predator'][0], champions['prey'][0]
-    yield champions['predator'][1], champions['prey'][2]
+    predators, prey = champions.best('predator', 2), champions.best('prey', 3)
+    yield predators[0], prey[0]
+    yield predators[1], prey[2]
     for _ in range(PAIRS - 2):
         yield random_genomes(2, rng)
 
@@ -160,7 +162,8 @@ def run(starter, *arguments):
 def test_record_reports_the_capture_and_replay_draws_it(starter, tmp_path):
     environment = Environment(episode_ticks=200)
     champions = read_snapshot(SHIPPED / 'open.npz')
-    trace = trace_pair(champions['predator'][0], champions['prey'][1], environment)
+    predator, prey = champions.best('predator', 1)[0], champions.best('prey', 2)[1]
+    trace = trace_pair(predator, prey, environment)
     bag = tmp_path / 'bag'
     options = '--prey', 'shipped/open:0:1', '--episode-ticks', 200
     process = run(starter, 'record', bag, *options)
@@ -233,7 +236,7 @@ def test_exported_parameters_drive_a_controller_as_they_are(starter, client, tmp
     starter(['neuro_controller', 'controller', '--ros-args', *ros_arguments])
     names = ['genome', 'motor_map', 'max_wheel_speed', 'episode_ticks']
     values = client.call(GetParameters, '/exported/controller/get_parameters', names=names).values
-    genome = read_snapshot(SHIPPED / 'open_signed.npz')['prey'][0]
+    genome = read_snapshot(SHIPPED / 'open_signed.npz').best('prey', 1)[0]
     assert np.array_equal(np.asarray(values[0].double_array_value, np.float32), genome)
     assert values[1].string_value == 'signed'
     assert values[2].double_value == 10.0

@@ -4,8 +4,9 @@ import argparse
 from pathlib import Path
 
 from coevo_manager.core.environment import Environment
-from neuro_controller.core.champions import SPECIES, select_genome
+from neuro_controller.core.champions import select_genome
 from neuro_controller.core.controller import MOTOR_MAPS
+from neuro_controller.core.snapshot import SPECIES
 
 GENOME_HELP = (
     'RUN[:GENERATION[:RANK]], a run folder or snapshot, the generation (default: last) and the '

@@ -7,7 +7,8 @@ from pathlib import Path
 from coevo_manager.episode_options import GENOME_HELP, add_environment_options, read_environment
 from coevo_manager.runs.options import Parser
 from neuro_controller.core.c_header import c_header
-from neuro_controller.core.champions import SPECIES, select_genome
+from neuro_controller.core.champions import select_genome
+from neuro_controller.core.snapshot import SPECIES
 
 
 def parameters_yaml(genome, max_wheel_speed, motor_map, episode_ticks):

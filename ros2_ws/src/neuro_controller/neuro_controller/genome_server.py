@@ -5,7 +5,8 @@ import sys
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
-from neuro_controller.core.champions import SHIPPED, SPECIES, read_snapshot, snapshots
+from neuro_controller.core.champions import SHIPPED
+from neuro_controller.core.snapshot import SPECIES, read_snapshot, snapshots
 from node_runner import run_node
 
 
@@ -35,11 +36,11 @@ class GenomeServer(Node):
         self.get_logger().info(f'serves the champions of {newest}')
 
     def _serve(self, prefix, path):
-        genomes = read_snapshot(path)
+        snapshot = read_snapshot(path)
         for species in SPECIES:
             self.declare_parameter(
                 f'{prefix}{species}',
-                genomes[species][0].tolist(),
+                snapshot.best(species, 1)[0].tolist(),
                 ParameterDescriptor(description=f'champion of {path.name}', read_only=True),
             )
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from neuro_controller.core.champions import SHIPPED, read_snapshot, select_genome, snapshots
+from neuro_controller.core.champions import SHIPPED, select_genome
 from neuro_controller.core.genome import random_genomes
+from neuro_controller.core.snapshot import read_snapshot, snapshots
 
 
 def write_snapshot(path, seed, fitness):
@@ -26,9 +27,20 @@ def run(tmp_path):
 
 def test_the_best_come_first_in_both_species(run):
     folder, predators, prey = run
-    genomes = read_snapshot(folder / 'snapshots' / 'gen_010000.npz')
-    assert (genomes['predator'] == predators[[1, 2, 0]]).all()
-    assert (genomes['prey'] == prey[[2, 0, 1]]).all()
+    snapshot = read_snapshot(folder / 'snapshots' / 'gen_010000.npz')
+    assert (snapshot.best('predator', 3) == predators[[1, 2, 0]]).all()
+    assert (snapshot.best('prey', 3) == prey[[2, 0, 1]]).all()
+    assert (snapshot.population('prey') == prey).all()
+
+
+def test_means_that_float32_cannot_tell_apart_are_ranked(tmp_path):
+    """The second predator is better by the last bit of one cell: 1e-7 of 1000 opponents' mean."""
+    fitness = np.full((2, 1000), 0.7, np.float32)
+    fitness[1, 0] = np.nextafter(np.float32(0.7), np.float32(1))
+    assert fitness.mean(axis=1)[0] == fitness.mean(axis=1)[1]
+    predators, _ = write_snapshot(tmp_path / 'one.npz', 3, fitness)
+    assert list(read_snapshot(tmp_path / 'one.npz').ranking('predator')) == [1, 0]
+    assert (select_genome(str(tmp_path / 'one.npz'), 'predator') == predators[1]).all()
 
 
 def test_a_genome_is_named_by_run_generation_and_rank(run):
@@ -66,6 +78,6 @@ def test_what_names_no_genome_is_refused_in_a_sentence(run, text, sentence):
 
 @pytest.mark.parametrize('name', ['open', 'obstacle', 'open_signed'])
 def test_shipped_champions_are_snapshots(name):
-    genomes = read_snapshot(SHIPPED / f'{name}.npz')
-    assert len(genomes['predator']) and len(genomes['prey'])
+    snapshot = read_snapshot(SHIPPED / f'{name}.npz')
+    assert len(snapshot.predators) and len(snapshot.prey)
     assert (SHIPPED / f'{name}.npz').stat().st_size < 100_000

@@ -19,10 +19,11 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float32MultiArray
 from std_srvs.srv import Trigger
 
-from neuro_controller.core.champions import SHIPPED, read_snapshot
+from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.controller import Controller
 from neuro_controller.core.drive import body_speeds
 from neuro_controller.core.genome import GENES, random_genomes
+from neuro_controller.core.snapshot import read_snapshot
 
 GENOMES = random_genomes(3, np.random.default_rng(3))
 QUICK = 'trigger:=sensors', 'stamped_cmd_vel:=true', 'sensor_timeout:=1.0'
@@ -305,7 +306,7 @@ def test_the_genome_server_feeds_a_controller(starter, client, tmp_path):
     assert values[0].double_array_value.tolist() == GENOMES[0].tolist()
     assert values[1].double_array_value == values[2].double_array_value
     assert values[1].double_array_value.tolist() == GENOMES[1].tolist()
-    shipped = read_snapshot(SHIPPED / 'open.npz')['predator'][0]
+    shipped = read_snapshot(SHIPPED / 'open.npz').best('predator', 1)[0]
     assert values[3].double_array_value.tolist() == shipped.tolist()
 
     process = starter(

@@ -1,8 +1,6 @@
 """Read run folders and group them: replications of conditions, conditions within environments."""
 
 import json
-import re
-import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -14,40 +12,13 @@ import pandas as pd
 from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution.run_folder import RunFolderError, read_configuration
+from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
-GENES = 442
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
 
 
 class AnalysisError(ValueError):
     """The runs cannot be analysed; one sentence that says why."""
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """Both populations at one generation.
-
-    Attributes
-    ----------
-    generation : int
-    predators, prey : float32 (N, 442)
-    fitness : float32 (N, N)
-        Predator fitness; row = predator, column = prey.
-    """
-
-    generation: int
-    predators: np.ndarray
-    prey: np.ndarray
-    fitness: np.ndarray
-
-    def ranking(self, species: str) -> np.ndarray:
-        """Indices of the individuals, from the best against this generation's opponents."""
-        own = self.fitness.mean(1) if species == 'predator' else -self.fitness.mean(0)
-        return np.argsort(-own, kind='stable')
-
-    def population(self, species: str) -> np.ndarray:
-        """Genomes of one species."""
-        return self.predators if species == 'predator' else self.prey
 
 
 @dataclass(frozen=True)
@@ -132,22 +103,16 @@ class Run:
             )
         path = self.snapshots[generation]
         try:
-            with np.load(path, allow_pickle=False) as data:
-                snapshot = Snapshot(
-                    int(data['generation']), data['predators'], data['prey'], data['fitness']
-                )
-        except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
-            raise AnalysisError(f'{path} is truncated or not a snapshot: {error}') from None
+            snapshot = read_snapshot(path)
+        except ValueError as error:
+            raise AnalysisError(str(error)) from None
         size = self.configuration.population
-        expected = ((size, GENES), (size, GENES), (size, size))
-        found = tuple(np.shape(a) for a in (snapshot.predators, snapshot.prey, snapshot.fitness))
-        if snapshot.generation != generation or found != expected:
+        found = snapshot.fitness.shape
+        if snapshot.generation != generation or found != (size, size):
             raise AnalysisError(
-                f'{path} should hold generation {generation} with arrays of shape {expected}, '
-                f'but holds generation {snapshot.generation} with {found}'
+                f'{path} should hold generation {generation} of {size} predators and {size} prey, '
+                f'but holds generation {snapshot.generation} of {found[0]} and {found[1]}'
             )
-        if not all(np.isfinite(a).all() for a in (snapshot.predators, snapshot.prey)):
-            raise AnalysisError(f'{path} holds genes that are not finite numbers')
         return snapshot
 
     def table(self, name: str) -> pd.DataFrame:
@@ -169,15 +134,14 @@ def read_run(folder: Path | str) -> Run:
         configuration = read_configuration(folder)
     except RunFolderError as error:
         raise AnalysisError(str(error)) from None
-    snapshots = {}
-    for path in sorted((folder / 'snapshots').glob('gen_*.npz')):
-        if match := re.fullmatch(r'gen_(\d+)\.npz', path.name):
-            snapshots[int(match[1])] = path
-    run = Run(folder, configuration, dict(sorted(snapshots.items())))
+    try:
+        run = Run(folder, configuration, snapshots(folder))
+    except ValueError as error:
+        raise AnalysisError(str(error)) from None
     every = configuration.snapshot_generations
     ends = np.unique(np.append(0, run.table('phases')['generation'].to_numpy(int)))
     due = ends[np.append(True, ends[1:] // every > ends[:-1] // every)]
-    missing = [int(g) for g in due if int(g) not in snapshots]
+    missing = [int(g) for g in due if int(g) not in run.snapshots]
     if missing:
         raise AnalysisError(
             f'{folder}: the snapshot of generation {missing[0]} is missing '

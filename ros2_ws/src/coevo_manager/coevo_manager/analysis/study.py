@@ -6,12 +6,13 @@ from dataclasses import asdict, dataclass, field
 import numpy as np
 
 from coevo_manager.analysis.measures import beyond
-from coevo_manager.analysis.measures.paper import SPECIES, performance
+from coevo_manager.analysis.measures.paper import performance
 from coevo_manager.analysis.play import exploit
 from coevo_manager.analysis.play.tournament import Block, Evaluations, content_hash
-from coevo_manager.analysis.runs import Condition, Run, Snapshot, by_arena, by_condition
+from coevo_manager.analysis.runs import Condition, Run, by_arena, by_condition
+from coevo_manager.core.species import OTHER, SPECIES
+from neuro_controller.core.snapshot import Snapshot
 
-OTHER = {'predator': 'prey', 'prey': 'predator'}
 PATH_MOMENTS = 21
 PATH_INDIVIDUALS = 10
 
@@ -28,7 +29,7 @@ class Replications:
     tournament : float64 (R, S, S)
         Predator fitness; row = predators' generation, column = prey's.
     complexity : dict of species to float64 (R, S)
-        Population mean against the opponents of the same generation, rad/s a tick.
+        Population mean against the opponents of the same generation, rad/s per tick.
     profiles, paths : dict of species to float64 (R, S)
         Diversity of fitness profiles (0 to 1) and of paths (m).
     held_out : dict of species to dict of Condition to float64 (R, S)
@@ -135,14 +136,10 @@ def tournament_block(run: Run, predators: Snapshot, prey: Snapshot) -> Block:
     )
 
 
-def _elite(snapshot: Snapshot, species: str, count: int) -> np.ndarray:
-    return snapshot.population(species)[snapshot.ranking(species)[:count]]
-
-
 def _held_out_block(
     run: Run, agents: Snapshot, other: Snapshot, species: str, count: int
 ) -> Block:
-    elite = _elite(other, OTHER[species], count)
+    elite = other.best(OTHER[species], count)
     own = agents.population(species)
     pair = (own, elite) if species == 'predator' else (elite, own)
     return Block(*pair, run.environment)
@@ -253,7 +250,7 @@ def _paths(each: Replications, species: str, evaluations: Evaluations, advance) 
     jobs = []
     for run, own in zip(each.runs, each.snapshots, strict=True):
         for snapshot in own:
-            champion = _elite(snapshot, OTHER[species], 1)[0]
+            champion = snapshot.best(OTHER[species], 1)[0]
             ranking = snapshot.ranking(species)
             count = min(PATH_INDIVIDUALS, len(ranking))
             chosen = ranking[np.linspace(0, len(ranking) - 1, count).round().astype(int)]
@@ -279,7 +276,7 @@ def sample_paths(kernel, genomes, champion, species: str, environment) -> np.nda
 
 
 def _probe(each: Replications, species: str, study: Study, advance) -> np.ndarray:
-    champions = [_elite(s, species, 1)[0] for own in each.snapshots for s in own]
+    champions = [s.best(species, 1)[0] for own in each.snapshots for s in own]
     environment = each.runs[0].environment
     history = exploit.probe(
         study.evaluations, champions, species, environment, study.budget, advance

@@ -8,14 +8,11 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
+from coevo_manager.core.species import COLOURS
 from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK
 
 matplotlib.use('Agg')
 
-COLORS = ('#d55e00', '#009e73')
-"""Vermilion and bluish green: red predator and green prey, told apart by the colour-blind too."""
-
-NAMES = ('predator', 'prey')
 FRAMES_PER_SECOND = 10
 TRAIL = 50
 """Ticks of the trail in an animation."""
@@ -95,7 +92,7 @@ def _nose(x, y, heading):
 def draw_trajectories(track, path):
     """Write the paths of both robots, with their starts (hollow) and ends, to a PNG."""
     figure, axes = _arena(track)
-    for robot, (name, color) in enumerate(zip(NAMES, COLORS, strict=True)):
+    for robot, (name, color) in enumerate(COLOURS.items()):
         poses = track.poses[:, robot]
         axes.plot(poses[:, 0], poses[:, 1], color=color, lw=1, label=name)
         axes.add_patch(Circle(poses[0, :2], BODY_RADIUS, fill=False, edgecolor=color, ls='--'))
@@ -109,7 +106,7 @@ def draw_animation(track, path, rate=1.0):
     """Write an animated GIF that runs at `rate` times real time."""
     figure, axes = _arena(track)
     robots, trails = [], []
-    for robot, color in enumerate(COLORS):
+    for robot, color in enumerate(COLOURS.values()):
         robots.append(_robot(axes, track.poses[0, robot], color))
         trails.append(axes.plot([], [], color=color, lw=1.5)[0])
     step = max(1, round(rate / (TICK * FRAMES_PER_SECOND)))

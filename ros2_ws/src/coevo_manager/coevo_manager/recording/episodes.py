@@ -10,6 +10,7 @@ from geometry_msgs.msg import Pose2D
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 
+from coevo_manager.core.behaviour import complexity
 from coevo_manager.evaluators.messages import to_environment
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.player import EpisodePlayer
@@ -83,20 +84,9 @@ class EpisodesNode(Node):
             result.capture_tick = episode.ticks
             result.prey_fitness = episode.ticks / environment.episode_ticks
             result.predator_fitness = 1 - result.prey_fitness
-            result.predator_complexity, result.prey_complexity = (
-                _complexity(episode.wheels[:, robot]) for robot in range(2)
+            result.predator_complexity, result.prey_complexity = map(
+                float, complexity(episode.wheels)
             )
-
-
-def _complexity(wheels):
-    """Return the complexity (paper section 4) of wheel speeds, (ticks, 2), in rad/s a tick.
-
-    The sum of |change of (left + right) / 2| + |change of (right - left) / 2| over the ticks, from
-    rest, over twice their number.
-    """
-    left, right = np.vstack([np.zeros(2), wheels]).T
-    change = np.abs(np.diff(left + right)) + np.abs(np.diff(right - left))
-    return float(change.sum() / 2 / (2 * len(wheels)))
 
 
 def main():

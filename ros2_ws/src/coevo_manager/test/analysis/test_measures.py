@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from analysis_runs import complexity_of_wheels
 
 from coevo_manager.analysis.measures import beyond, progress, statistics
 from coevo_manager.analysis.measures import paper as measures
@@ -108,11 +107,6 @@ def test_rate_is_gain_over_earlier_opponents_a_thousand_generations():
     assert measures.rate(tournament, GENERATIONS, 'predator', 300) == pytest.approx(1.0)
     assert measures.rate(tournament, GENERATIONS, 'prey', 200) == pytest.approx(0.5)
     assert np.isnan(measures.rate(tournament, GENERATIONS, 'prey', 0))
-
-
-def test_complexity_by_hand():
-    # From rest: tv 0 -> 2 -> 2, rv 0 -> 1 -> -1: |2| + |1| + |0| + |-2| = 5, over 2 * 2 ticks.
-    assert complexity_of_wheels([[1, 3], [3, 1]]) == pytest.approx(5 / 4)
 
 
 def test_representative_behaviours_are_ranked():

@@ -7,11 +7,10 @@ import zlib
 import numpy as np
 import pandas as pd
 import pytest
-from analysis_runs import complexity_of_wheels, make_run
+from analysis_runs import make_run
 from browser import SHOW, ask, click, open_browser, until
 
 from coevo_manager.analysis import command as analyze
-from coevo_manager.analysis.measures import paper as measures
 from coevo_manager.analysis.play.exploit import Budget
 from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.play.tournament import Evaluations, Store
@@ -19,7 +18,9 @@ from coevo_manager.analysis.report.page import answer
 from coevo_manager.analysis.report.player import pack
 from coevo_manager.analysis.runs import read_run, read_runs
 from coevo_manager.analysis.study import collect
+from coevo_manager.core.behaviour import complexity as complexity_of
 from coevo_manager.core.episodes import evaluate_matrix, measure_pairs, trace_pair
+from coevo_manager.core.species import SPECIES
 
 CHANNELS = 61
 
@@ -79,14 +80,14 @@ def test_complexity_is_that_of_the_recorded_wheels(runs, out):
     trace = trace_pair(snapshot.predators[2], snapshot.prey[5], run.environment)
     _, complexity = measure_pairs(snapshot.predators, snapshot.prey, [2], [5], run.environment)
     for robot in (0, 1):
-        expected = complexity_of_wheels(trace.wheels[:, robot])
+        expected = complexity_of(trace.wheels)[robot]
         assert complexity[0, robot] == pytest.approx(expected, rel=1e-4)
     index = np.indices((8, 8)).reshape(2, -1)
     _, every = measure_pairs(snapshot.predators, snapshot.prey, *index, run.environment)
     found = table(out, 'complexity')
     found = found[(found.arena == 'open arena') & (found.condition == 'Standard')]
     found = found[found.seed == 1]
-    for robot, species in enumerate(measures.SPECIES):
+    for robot, species in enumerate(SPECIES):
         row = found[(found.species == species) & (found.generation == 40)]
         assert row.complexity.item() == pytest.approx(every[:, robot].mean(), rel=1e-4)
 
@@ -125,7 +126,7 @@ def test_the_answer_says_what_the_verdicts_are(verdicts, expected):
     rows = [
         {'species': species, 'measure': measure, 'verdict': verdict, 'difference': 0.1}
         for measure in ('global', 'historical')
-        for species, verdict in zip(measures.SPECIES, verdicts, strict=True)
+        for species, verdict in zip(SPECIES, verdicts, strict=True)
     ]
     assert expected in answer(pd.DataFrame(rows))
 

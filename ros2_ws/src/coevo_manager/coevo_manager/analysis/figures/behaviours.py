@@ -5,10 +5,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from coevo_manager.analysis.figures.charts import COLOURS
 from coevo_manager.analysis.figures.draw import STYLE
-from coevo_manager.analysis.measures.paper import SPECIES, representative
+from coevo_manager.analysis.measures.paper import representative
 from coevo_manager.analysis.study import Replications, tournament_block
+from coevo_manager.core.species import COLOURS, SPECIES
 from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK
 
 TITLES = ('simplest', 'simple', 'median', 'complex', 'most complex')
@@ -19,7 +19,7 @@ CAPTION = (
     'start; dark '
     'disc: end. Below each: translational (above) and rotational (below) wheel speed over time, '
     'rad/s. '
-    "Solid: predator; dashed: prey. Numbers: each robot's complexity c, rad/s a tick."
+    "Solid: predator; dashed: prey. Numbers: each robot's complexity c, rad/s per tick."
 )
 
 

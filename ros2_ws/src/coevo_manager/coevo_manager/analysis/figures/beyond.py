@@ -5,12 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from coevo_manager.analysis.figures.charts import COLOURS, MARKERS, Chart, Line, Panel, Points
+from coevo_manager.analysis.figures.charts import MARKERS, Chart, Line, Panel, Points
 from coevo_manager.analysis.figures.marks import INTERVAL, condition_line, slug_of, species_line
 from coevo_manager.analysis.measures import beyond
-from coevo_manager.analysis.measures.paper import PLURAL, SPECIES
 from coevo_manager.analysis.play.exploit import best_found, while_searching
-from coevo_manager.analysis.study import OTHER, Replications, Study
+from coevo_manager.analysis.study import Replications, Study
+from coevo_manager.core.species import COLOURS, OTHER, PLURAL, SPECIES
 
 
 def figures(study: Study, verdicts: pd.DataFrame) -> Iterator[Chart]:

@@ -5,10 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# For the colour-blind, and in grey: the predator is dark and solid, the prey light and dashed.
-PREDATOR = '#b3341f'
-PREY = '#3b93cf'
-COLOURS = {'predator': PREDATOR, 'prey': PREY}
 MARKERS = {'predator': 'triangle', 'prey': 'circle'}
 # Okabe & Ito's palette, for conditions; the marker tells them apart in grey.
 CONDITION_COLOURS = ('#000000', '#e69f00', '#0072b2', '#cc79a7', '#009e73', '#56b4e9')

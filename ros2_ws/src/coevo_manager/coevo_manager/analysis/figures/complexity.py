@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from coevo_manager.analysis.figures.charts import COLOURS, MARKERS, Chart, Panel, Points
+from coevo_manager.analysis.figures.charts import MARKERS, Chart, Panel, Points
 from coevo_manager.analysis.figures.marks import condition_line, in_rows
-from coevo_manager.analysis.measures.paper import PLURAL, SPECIES, performance
+from coevo_manager.analysis.measures.paper import performance
 from coevo_manager.analysis.study import Replications, Study
+from coevo_manager.core.species import COLOURS, PLURAL, SPECIES
 
 
 def complexity_figure(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
@@ -21,7 +22,9 @@ def complexity_figure(name: str, arena: str, members: list[Replications], study:
                 line.low, line.high = line.y - error, line.y + error
             marks.append(line)
         panels.append(
-            Panel(PLURAL[species].capitalize(), 'Generation', 'Complexity c (rad/s a tick)', marks)
+            Panel(
+                PLURAL[species].capitalize(), 'Generation', 'Complexity c (rad/s per tick)', marks
+            )
         )
     return Chart(
         name,
@@ -55,7 +58,7 @@ def correlation_figure(name: str, arena: str, members: list[Replications], study
         panels.append(
             Panel(
                 each.condition.name,
-                'Complexity c (rad/s a tick)',
+                'Complexity c (rad/s per tick)',
                 'Fitness vs last opponents',
                 marks,
             )

@@ -3,7 +3,6 @@
 import numpy as np
 
 from coevo_manager.analysis.figures.charts import (
-    COLOURS,
     CONDITION_COLOURS,
     CONDITION_MARKERS,
     MARKERS,
@@ -11,8 +10,8 @@ from coevo_manager.analysis.figures.charts import (
     Panel,
 )
 from coevo_manager.analysis.measures import statistics
-from coevo_manager.analysis.measures.paper import PLURAL
 from coevo_manager.analysis.study import Replications
+from coevo_manager.core.species import COLOURS, PLURAL
 
 INTERVAL = 'Bands and bars: 95 % bootstrap intervals of the mean over replications.'
 

@@ -4,14 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from coevo_manager.analysis.figures.charts import COLOURS, Bars, Chart, Heat, Line, Panel
+from coevo_manager.analysis.figures.charts import Bars, Chart, Heat, Line, Panel
 from coevo_manager.analysis.figures.complexity import complexity_figure, correlation_figure
 from coevo_manager.analysis.figures.marks import INTERVAL, compact, in_rows, slug_of, species_line
 from coevo_manager.analysis.measures import paper as measures
 from coevo_manager.analysis.measures import statistics
-from coevo_manager.analysis.measures.paper import PLURAL, SPECIES, performance
+from coevo_manager.analysis.measures.paper import performance
 from coevo_manager.analysis.play.cross import paper_cross_values
-from coevo_manager.analysis.study import OTHER, Replications, Study
+from coevo_manager.analysis.study import Replications, Study
+from coevo_manager.core.species import COLOURS, OTHER, PLURAL, SPECIES
 
 WINDOW = 5000  # generations shown of the beginning and of the end (Fig. 1)
 

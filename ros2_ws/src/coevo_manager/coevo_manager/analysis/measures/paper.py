@@ -9,9 +9,7 @@ i against opponents of generation j. Leading axes are replications.
 import numpy as np
 
 from coevo_manager.analysis.measures.statistics import ALPHA, compare_paired
-
-SPECIES = ('predator', 'prey')
-PLURAL = {'predator': 'predators', 'prey': 'prey'}
+from coevo_manager.core.species import SPECIES
 
 
 def performance(tournament, species):

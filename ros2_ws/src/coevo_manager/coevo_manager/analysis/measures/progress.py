@@ -5,7 +5,8 @@ import pandas as pd
 
 from coevo_manager.analysis.measures import beyond, statistics
 from coevo_manager.analysis.measures import paper as measures
-from coevo_manager.analysis.measures.paper import PLURAL, SPECIES, performance
+from coevo_manager.analysis.measures.paper import performance
+from coevo_manager.core.species import PLURAL, SPECIES
 
 KEYS = ('arena', 'condition', 'species', 'measure')
 

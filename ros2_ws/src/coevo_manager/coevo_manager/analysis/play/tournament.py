@@ -62,7 +62,7 @@ class Result(NamedTuple):
     fitness : float64 (P, Q)
         Predator fitness, 1 - t / T.
     complexity : float32 (P, Q, 2) or None
-        Of the predator and the prey, rad/s a tick.
+        Of the predator and the prey, rad/s per tick.
     """
 
     fitness: np.ndarray

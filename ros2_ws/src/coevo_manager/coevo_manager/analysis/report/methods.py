@@ -57,7 +57,7 @@ METHODS = (
     (
         'Complexity c (section 4)',
         'Sum over the s ticks of an episode of |change of (l + r)/2| + |change of (r - l)/2| of '
-        'the desired wheel speeds l and r, from rest, divided by 2 s; rad/s a tick of 0.1 s.',
+        'the desired wheel speeds l and r, from rest, divided by 2 s; rad/s per tick of 0.1 s.',
     ),
     (
         'Rate of retrogression',

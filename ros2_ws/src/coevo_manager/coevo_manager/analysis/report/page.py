@@ -16,11 +16,11 @@ from coevo_manager.analysis.figures import interactive
 from coevo_manager.analysis.figures.charts import Chart
 from coevo_manager.analysis.figures.marks import slug_of
 from coevo_manager.analysis.measures import statistics
-from coevo_manager.analysis.measures.paper import PLURAL
 from coevo_manager.analysis.report.methods import METHODS, TABLES
 from coevo_manager.analysis.study import Study
 from coevo_manager.core.configuration import FIELDS
 from coevo_manager.core.evolution.files import write_whole
+from coevo_manager.core.species import PLURAL
 
 PACKAGES = ('coevo_manager', 'numpy', 'numba', 'scipy', 'statsmodels', 'matplotlib', 'plotly')
 CHIPS = {

@@ -17,8 +17,8 @@ import zlib
 
 import numpy as np
 
-from coevo_manager.analysis.measures.paper import SPECIES
 from coevo_manager.analysis.study import Replications
+from coevo_manager.core.species import SPECIES
 from marxbot_sim.core.parameters import (
     BODY_RADIUS,
     INFRARED_RANGE,

@@ -6,11 +6,12 @@ import numpy as np
 import pandas as pd
 
 from coevo_manager.analysis.measures import beyond, statistics
-from coevo_manager.analysis.measures.paper import SPECIES, performance
+from coevo_manager.analysis.measures.paper import performance
 from coevo_manager.analysis.play.cross import cross_values, paper_cross_values
 from coevo_manager.analysis.play.exploit import best_found, while_searching
-from coevo_manager.analysis.study import OTHER, Study
+from coevo_manager.analysis.study import Study
 from coevo_manager.core.evolution.files import write_whole
+from coevo_manager.core.species import OTHER, SPECIES
 
 
 def write(table: pd.DataFrame, path: Path) -> None:
@@ -114,7 +115,7 @@ def cross_tests(study: Study) -> pd.DataFrame:
 
 
 def complexity(study: Study) -> pd.DataFrame:
-    """Fig. 6: mean complexity of each generation, rad/s a tick."""
+    """Fig. 6: mean complexity of each generation, rad/s per tick."""
     return _curves(study, 'complexity', lambda each, species: each.complexity[species])
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from coevo_manager.analysis.measures.paper import SPECIES
 from coevo_manager.analysis.runs import AnalysisError, Run
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes import evaluate_matrix
+from coevo_manager.core.species import SPECIES
 from marxbot_sim.core.perturbations import PERFECT, Perturbations
 
 KERNEL = 'kernel'
@@ -108,9 +108,7 @@ def champions(run: Run, count: int) -> tuple[np.ndarray, np.ndarray]:
             f'champions is {count}, expected at most {len(snapshot.predators)}, the population '
             f'of {run.folder}'
         )
-    best_predators = np.argsort(-snapshot.fitness.mean(axis=1), kind='stable')[:count]
-    best_prey = np.argsort(snapshot.fitness.mean(axis=0), kind='stable')[:count]
-    return snapshot.predators[best_predators], snapshot.prey[best_prey]
+    return snapshot.best('predator', count), snapshot.best('prey', count)
 
 
 def measure_transfer(

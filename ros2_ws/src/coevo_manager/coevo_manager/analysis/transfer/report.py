@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from coevo_manager.analysis.figures.charts import CONDITION_COLOURS, CONDITION_MARKERS
 from coevo_manager.analysis.figures.draw import MARKS, STYLE
-from coevo_manager.analysis.measures.paper import SPECIES
 from coevo_manager.analysis.transfer.measure import KERNEL, hurt
+from coevo_manager.core.species import SPECIES
 
 _HEAD = (
     '| condition | predators alone | prey alone | predator fitness | prey fitness '

@@ -70,9 +70,7 @@ def measure_pairs(
     ticks : int32 array, shape (n,)
         As from `evaluate_pairs`.
     complexity : float32 array, shape (n, 2)
-        Of predator and prey, rad/s: half the mean, over the ticks of the episode, of the change of
-        the desired translational plus rotational wheel speed, (l + r)/2 and (r - l)/2, from tick
-        to tick, starting from rest.
+        Of predator and prey, rad/s per tick, see `coevo_manager.core.behaviour.complexity`.
     """
     return _run(predators, prey, predator_index, prey_index, environment, threads, measure=True)
 

@@ -27,7 +27,8 @@ from coevo_manager.core.evolution.run_folder import (
     RunFolderError,
     read_configuration,
 )
-from coevo_manager.core.evolution.state import SPECIES, State, fitness_of, other
+from coevo_manager.core.evolution.state import State, fitness_of
+from coevo_manager.core.species import OTHER, SPECIES
 from neuro_controller.core.genome import random_genomes
 
 
@@ -189,7 +190,7 @@ class Evolution:
             state.genomes(species)[chosen],
             training[chosen],
             opponents.genomes,
-            state.genomes(other(species)),
+            state.genomes(OTHER[species]),
         )
         before = state.generation
         log: list[GenerationStats] = []
@@ -217,7 +218,7 @@ class Evolution:
         state.phase = phase.number
         self._algorithm.remember(state, species)
         if _crossed(before, state.generation, configuration.swap_generations):
-            state.evolving = other(species)
+            state.evolving = OTHER[species]
         last = not self._budget.generations_left(state)
         due = _crossed(before, state.generation, configuration.snapshot_generations)
         self._save(state, log, species, len(retained), snapshot=due or last)

@@ -9,13 +9,6 @@ import numpy as np
 
 Ticks = TypeVar('Ticks', np.ndarray, int)
 
-SPECIES = ('predator', 'prey')
-
-
-def other(species: str) -> str:
-    """Return the opposing species."""
-    return SPECIES[1 - SPECIES.index(species)]
-
 
 @dataclasses.dataclass
 class State:

@@ -7,7 +7,8 @@ import numpy as np
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
 from coevo_manager.core.evolution.selection import fittest
-from coevo_manager.core.evolution.state import SPECIES, State, other
+from coevo_manager.core.evolution.state import State
+from coevo_manager.core.species import OTHER, SPECIES
 
 
 class HallOfFame(Algorithm):
@@ -26,7 +27,7 @@ class HallOfFame(Algorithm):
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Sample the hall of fame without replacement; fill up with the fittest of today."""
-        species = other(state.evolving)
+        species = OTHER[state.evolving]
         hall = self._halls[species]
         wanted = round(self.configuration.archive_share * self.configuration.selected)
         drawn = rng.permutation(len(hall))[:wanted]

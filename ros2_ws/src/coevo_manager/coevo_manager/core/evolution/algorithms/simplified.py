@@ -6,7 +6,8 @@ import numpy as np
 
 from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
 from coevo_manager.core.evolution.selection import fittest
-from coevo_manager.core.evolution.state import State, other
+from coevo_manager.core.evolution.state import State
+from coevo_manager.core.species import OTHER
 
 
 class Simplified(Algorithm):
@@ -14,7 +15,7 @@ class Simplified(Algorithm):
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Take the n opponents of highest mean fitness."""
-        species = other(state.evolving)
+        species = OTHER[state.evolving]
         fitness = state.fitness(species).sum(axis=1, dtype=np.int64)
         index = fittest(fitness, self.configuration.selected)
         return Opponents(state.genomes(species)[index], index)

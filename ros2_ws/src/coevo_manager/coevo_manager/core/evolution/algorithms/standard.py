@@ -7,7 +7,8 @@ import numpy as np
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
 from coevo_manager.core.evolution.selection import cluster, fittest_of_groups
-from coevo_manager.core.evolution.state import State, other
+from coevo_manager.core.evolution.state import State
+from coevo_manager.core.species import OTHER
 
 
 class Standard(Algorithm):
@@ -26,7 +27,7 @@ class Standard(Algorithm):
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Cluster the opponents by what they achieve; take the fittest of each cluster."""
-        species = other(state.evolving)
+        species = OTHER[state.evolving]
         fitness = state.fitness(species)
         groups = cluster(fitness, self.configuration.selected)
         index = fittest_of_groups(groups, fitness.sum(axis=1, dtype=np.int64))

@@ -6,7 +6,8 @@ import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
-from coevo_manager.core.evolution.state import State, other
+from coevo_manager.core.evolution.state import State
+from coevo_manager.core.species import OTHER
 
 
 class Vanilla(Algorithm):
@@ -31,7 +32,7 @@ class Vanilla(Algorithm):
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Take the whole opposing population."""
-        genomes = state.genomes(other(state.evolving))
+        genomes = state.genomes(OTHER[state.evolving])
         return Opponents(genomes, np.arange(len(genomes)))
 
     def agents(self, fitness: np.ndarray) -> np.ndarray:

@@ -1,0 +1,105 @@
+"""Snapshots: both populations at one generation of a run, and who is the best of them."""
+
+from __future__ import annotations
+
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from neuro_controller.core.genome import check_genomes
+
+SPECIES = ('predator', 'prey')
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """Both populations at one generation.
+
+    Attributes
+    ----------
+    generation : int
+        0 where the file does not tell.
+    predators, prey : float32 (n, 442), (m, 442)
+    fitness : float64 (n, m)
+        Of each predator (row) against each prey (column), from 0 to 1.
+    """
+
+    generation: int
+    predators: np.ndarray
+    prey: np.ndarray
+    fitness: np.ndarray
+
+    def population(self, species: str) -> np.ndarray:
+        """Return the genomes of one species, in their places."""
+        return self.predators if species == 'predator' else self.prey
+
+    def ranking(self, species: str) -> np.ndarray:
+        """Return the places of the individuals, from the best against this generation's opponents.
+
+        Of equals, the lower place comes first.
+        """
+        own = self.fitness.mean(axis=1) if species == 'predator' else -self.fitness.mean(axis=0)
+        return np.argsort(-own, kind='stable')
+
+    def best(self, species: str, count: int) -> np.ndarray:
+        """Return the genomes of the best `count` individuals, the champion first."""
+        return self.population(species)[self.ranking(species)[:count]]
+
+
+def read_snapshot(path: Path) -> Snapshot:
+    """Read a snapshot from an npz file (docs/formats.md).
+
+    Raises
+    ------
+    ValueError
+        The file is missing, or not such a file.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            snapshot = Snapshot(
+                int(arrays['generation']) if 'generation' in arrays else 0,
+                check_genomes(arrays['predators'], 'predators'),
+                check_genomes(arrays['prey'], 'prey'),
+                np.asarray(arrays['fitness'], np.float64),
+            )
+    except FileNotFoundError:
+        raise ValueError(f'{path} does not exist') from None
+    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+        raise ValueError(f'{path} is not a snapshot: {error}') from None
+    shape = (len(snapshot.predators), len(snapshot.prey))
+    if snapshot.fitness.shape != shape or 0 in shape or not np.isfinite(snapshot.fitness).all():
+        raise ValueError(
+            f'{path} is not a snapshot: fitness has shape {snapshot.fitness.shape}, '
+            f'expected {shape} finite numbers'
+        )
+    return snapshot
+
+
+def snapshots(run: Path | str) -> dict[int, Path]:
+    """Return the snapshots of a run, by generation, in order.
+
+    Parameters
+    ----------
+    run : Path or str
+        A run folder; or one snapshot, which then counts as generation 0.
+
+    Raises
+    ------
+    ValueError
+        There are none.
+    """
+    run = Path(run)
+    if run.is_file():
+        return {0: run}
+    if not run.is_dir():
+        raise ValueError(f'{run} does not exist, expected a run folder or a snapshot')
+    found = {
+        int(path.stem.removeprefix('gen_')): path
+        for path in (run / 'snapshots').glob('gen_*.npz')
+        if path.stem.removeprefix('gen_').isdecimal()
+    }
+    if not found:
+        raise ValueError(f'{run} holds no snapshots/gen_*.npz, expected a run folder')
+    return dict(sorted(found.items()))
