@@ -9,6 +9,7 @@ from coevo_manager.core.episodes.play import (
     measure_pairs,
     trace_pair,
 )
+from coevo_manager.core.episodes.traces import trace_pairs
 
 __all__ = [
     'Environment',
@@ -18,4 +19,5 @@ __all__ = [
     'fitness',
     'measure_pairs',
     'trace_pair',
+    'trace_pairs',
 ]
