@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from coevo_manager.core.environment import Environment
-from neuro_controller.core.champions import select_genome
+from neuro_controller.core.champions import select_champion
 from neuro_controller.core.controller import MOTOR_MAPS
 from neuro_controller.core.snapshot import SPECIES
 
@@ -88,7 +88,7 @@ def add_genome_options(parser):
 
 def read_genomes(options):
     """Return the genomes of predator and prey; ValueError if there are none such."""
-    return [select_genome(getattr(options, species), species) for species in SPECIES]
+    return [select_champion(getattr(options, species), species).genome for species in SPECIES]
 
 
 def new_path(text):

@@ -7,7 +7,7 @@ from pathlib import Path
 from coevo_manager.episode_options import GENOME_HELP, add_environment_options, read_environment
 from coevo_manager.runs.options import Parser
 from neuro_controller.core.c_header import c_header
-from neuro_controller.core.champions import select_genome
+from neuro_controller.core.champions import select_champion
 from neuro_controller.core.snapshot import SPECIES
 
 
@@ -61,7 +61,7 @@ def main(arguments=None):
         parser.error('nothing to write, expected --yaml FILE, --header FILE or both')
     try:
         environment = read_environment(options)
-        genome = select_genome(options.genome, options.species)
+        genome = select_champion(options.genome, options.species).genome
         speed = environment.max_wheel_speeds[SPECIES.index(options.species)]
         settings = speed, environment.motor_map, environment.episode_ticks
         header = c_header(genome, options.name or options.species, *settings)

@@ -1,15 +1,47 @@
 """Champions: those that users name, and those that are shipped."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
+from neuro_controller.core.origin import Origin, read_origin
 from neuro_controller.core.snapshot import read_snapshot, snapshots
 
 SHIPPED = Path(__file__).resolve().parent.parent / 'champions'
 """Folder of the champions that come with this package, one file an environment."""
 
 
-def select_genome(text, species):
-    """Return the genome that a user names.
+@dataclass(frozen=True, eq=False)
+class Champion:
+    """A genome, and where it comes from.
+
+    Attributes
+    ----------
+    genome : float32 array, shape (442,)
+    species : str
+        'predator' or 'prey'.
+    rank : int
+        In its population, from 0.
+    origin : Origin
+    """
+
+    genome: np.ndarray
+    species: str
+    rank: int
+    origin: Origin
+
+    @property
+    def settings(self):
+        """The parameters of `Controller`, by name, that it evolved with."""
+        return self.origin.settings(self.species)
+
+    def __str__(self):
+        return f'{self.species} of rank {self.rank} in {self.origin}'
+
+
+def select_champion(text, species):
+    """Return the champion that a user names.
 
     Parameters
     ----------
@@ -22,12 +54,12 @@ def select_genome(text, species):
 
     Returns
     -------
-    float32 array, shape (442,)
+    Champion
 
     Raises
     ------
     ValueError
-        There is no such genome.
+        There is no such genome, or nothing tells how it evolved.
     """
     run, *rest = text.split(':')
     if len(rest) > 2 or not all(part.isdecimal() for part in rest):
@@ -48,4 +80,5 @@ def select_genome(text, species):
     rank = int(rest[1]) if len(rest) > 1 else 0
     if rank >= len(ranking):
         raise ValueError(f'{species} rank is {rank}, expected 0 to {len(ranking) - 1}')
-    return snapshot.population(species)[ranking[rank]]
+    genome = snapshot.population(species)[ranking[rank]]
+    return Champion(genome, species, rank, read_origin(found[generation]))

@@ -21,6 +21,7 @@ from coevo_manager import __version__
 from coevo_manager.core.configuration import Configuration, load_configuration
 from coevo_manager.core.evolution import checkpoint
 from coevo_manager.core.evolution.algorithm import Algorithm
+from coevo_manager.core.evolution.commit import source_commit
 from coevo_manager.core.evolution.files import TEMPORARY, DurableLog, npz_bytes, write_whole
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
 from coevo_manager.core.evolution.state import State
@@ -226,6 +227,7 @@ class RunFolder:
             'fitness': (state.fitness('predator') / state.episode_ticks).astype(np.float32),
         }
         with self._writing(name):
+            arrays['run'] = np.array((self.path / 'run.json').read_text(encoding='utf-8'))
             write_whole(self.path / name, npz_bytes(arrays))
 
     def save_report(self, text: str) -> None:
@@ -272,6 +274,8 @@ class RunFolder:
 def _versions() -> dict[str, str]:
     """Return the versions of this program, Python and those packages that are installed."""
     versions = {'coevo_manager': __version__, 'python': platform.python_version()}
+    if commit := source_commit():
+        versions['commit'] = commit
     for name in _PACKAGES:
         with contextlib.suppress(metadata.PackageNotFoundError):
             versions[name] = metadata.version(name)

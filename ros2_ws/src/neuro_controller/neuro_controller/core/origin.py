@@ -1,0 +1,109 @@
+"""Where genomes come from: the run that evolved them, and what robots it gave them."""
+
+import json
+import zipfile
+from dataclasses import dataclass
+
+import numpy as np
+
+from neuro_controller.core.controller import settings_column
+
+PREDATOR_SPEEDS = {'open': 8.5, 'obstacle': 10.0}
+"""Highest wheel speed of predators, rad/s, in runs that left it to the paper (A1, section 5)."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """The run that genomes come from.
+
+    Attributes
+    ----------
+    run : str
+        Its name.
+    generation : int
+        When they lived.
+    commit : str
+        Version of the program that evolved them; 'unknown' where none was recorded.
+    configuration : dict
+        Every field of the run's configuration, as in its run.json.
+    """
+
+    run: str
+    generation: int
+    commit: str
+    configuration: dict
+
+    @classmethod
+    def parse(cls, record, run, generation):
+        """Return the origin that a run's record tells of.
+
+        Parameters
+        ----------
+        record : str
+            Text of a run.json; its `run`, if it has one, is the run's name.
+        run : str
+            The run's name otherwise.
+        generation : int
+
+        Raises
+        ------
+        ValueError
+            The text is no record of a run.
+        """
+        try:
+            content = json.loads(record)
+            name = content.get('run', run)
+            commit = content.get('versions', {}).get('commit', 'unknown')
+            origin = cls(str(name), generation, str(commit), dict(content['configuration']))
+            for species in ('predator', 'prey'):
+                settings_column(**origin.settings(species))
+        except KeyError as error:
+            raise ValueError(f'the record of its run lacks {error}') from None
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise ValueError(f'the record of its run makes no sense: {error}') from None
+        return origin
+
+    def settings(self, species):
+        """Return the parameters of `Controller`, by name, that a species evolved with."""
+        speed = self.configuration[f'{species}_speed']
+        if speed is None:
+            speed = PREDATOR_SPEEDS[self.configuration['environment']]
+        return {
+            'max_wheel_speed': float(speed),
+            **{name: self.configuration[name] for name in ('motor_map', 'episode_ticks')},
+        }
+
+    def __str__(self):
+        return f'generation {self.generation} of run {self.run}, commit {self.commit}'
+
+
+def read_origin(path):
+    """Return where the genomes of a snapshot come from.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        A npz file with `generation` and `run`, the text of its run's run.json. Snapshots of the
+        first runs lack that: then their run folder has it.
+
+    Raises
+    ------
+    ValueError
+        Nothing tells how the genomes evolved.
+    """
+    in_folder = path.parent.name == 'snapshots'
+    run = path.resolve().parent.parent.name if in_folder else path.stem
+    try:
+        with np.load(path, allow_pickle=False) as arrays:
+            generation = int(arrays['generation'])
+            record = str(arrays['run']) if 'run' in arrays else _record_beside(path)
+        return Origin.parse(record, run, generation)
+    except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
+        raise ValueError(f'{path} does not tell how its genomes evolved: {error}') from None
+
+
+def _record_beside(path):
+    record = path.resolve().parent.parent / 'run.json'
+    if not record.is_file():
+        raise ValueError(f'it holds no run, and {record} does not exist')
+    return record.read_text(encoding='utf-8')
