@@ -90,7 +90,7 @@ def driven(predator, prey, environment):
     world = World(environment.arena)
     world.reset()
     controllers = [
-        Controller(genome, speed, environment.motor_map, environment.episode_ticks)
+        Controller(genome, speed, **environment.network_settings)
         for genome, speed in zip((predator, prey), environment.max_wheel_speeds, strict=True)
     ]
     record = {name: [] for name in ('poses', 'readings', 'wheels', 'inputs', 'hidden', 'outputs')}

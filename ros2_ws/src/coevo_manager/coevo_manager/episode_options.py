@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from coevo_manager.core.environment import Environment
+from coevo_manager.core.configuration import FIELDS, load_configuration
+from coevo_manager.core.worlds import WORLDS
 from neuro_controller.core.champions import select_champion
-from neuro_controller.core.controller import MOTOR_MAPS
 from neuro_controller.core.snapshot import SPECIES
 
 GENOME_HELP = (
@@ -14,65 +14,38 @@ GENOME_HELP = (
 )
 
 
+_OPTIONS = (
+    'environment', 'motor_map', 'predator_speed', 'prey_speed', 'episode_ticks', 'wall_friction',
+    'wall_contact', 'infrared_response', 'ground_coding', 'physics',
+)  # fmt: skip
+
+
 def add_environment_options(parser):
     """Add the options of an `Environment`."""
-    default = Environment()
     group = parser.add_argument_group('environment')
     group.add_argument(
-        '--environment', choices=('open', 'obstacle'), default='open', help='(default: open)'
+        '--world',
+        choices=tuple(WORLDS),
+        default='faithful',
+        help=f'{FIELDS["world"].metadata["help"]} (default: %(default)s)',
     )
-    group.add_argument(
-        '--motor-map',
-        choices=sorted(MOTOR_MAPS),
-        default=default.motor_map,
-        help='(default: %(default)s)',
-    )
-    group.add_argument(
-        '--predator-speed',
-        type=float,
-        metavar='RAD/S',
-        help='highest wheel speed (default: 8.5, or 10 with the obstacle)',
-    )
-    group.add_argument(
-        '--prey-speed',
-        type=float,
-        metavar='RAD/S',
-        default=default.prey_speed,
-        help='(default: %(default)s)',
-    )
-    group.add_argument(
-        '--episode-ticks',
-        type=int,
-        metavar='N',
-        default=default.episode_ticks,
-        help='of 0.1 s (default: %(default)s)',
-    )
-    group.add_argument(
-        '--wall-friction',
-        type=float,
-        metavar='MU',
-        default=default.wall_friction,
-        help='(default: %(default)s)',
-    )
-    group.add_argument(
-        '--physics',
-        choices=('kinematic', 'pymunk'),
-        default='kinematic',
-        help='(default: %(default)s)',
-    )
+    for name in _OPTIONS:
+        field = FIELDS[name]
+        choices = tuple(field.metadata['choices'])
+        group.add_argument(
+            f'--{name.replace("_", "-")}',
+            type=str if choices else int if name == 'episode_ticks' else float,
+            choices=choices or None,
+            metavar=None if choices else 'NUMBER',
+            help=f'{field.metadata["help"]} (default: {field.default})',
+        )
 
 
 def read_environment(options):
     """Return the `Environment` that was asked for; ValueError if a number is out of its range."""
-    return Environment(
-        obstacle=options.environment == 'obstacle',
-        motor_map=options.motor_map,
-        predator_speed=options.predator_speed,
-        prey_speed=options.prey_speed,
-        episode_ticks=options.episode_ticks,
-        wall_friction=options.wall_friction,
-        physics=options.physics,
-    )
+    given = {name: getattr(options, name) for name in _OPTIONS}
+    given = {name: value for name, value in given.items() if value is not None}
+    return load_configuration({'world': options.world, **given}).make_environment()
 
 
 def add_genome_options(parser):

@@ -11,24 +11,18 @@ from neuro_controller.core.champions import select_champion
 from neuro_controller.core.snapshot import SPECIES
 
 
-def parameters_yaml(genome, max_wheel_speed, motor_map, episode_ticks):
+def parameters_yaml(genome, settings):
     """Return a parameter file for any controller node, for its ``--params-file``.
 
     Parameters
     ----------
     genome : array_like, float32, shape (442,)
-    max_wheel_speed, motor_map, episode_ticks
-        See `neuro_controller.core.controller.Controller`.
+    settings : dict
+        Parameters of the controller node by name, numbers or text.
     """
     genes = ', '.join(repr(float(gene)) for gene in genome)
-    return (
-        '/**:\n'
-        '  ros__parameters:\n'
-        f'    max_wheel_speed: {float(max_wheel_speed)!r}\n'
-        f'    motor_map: {motor_map}\n'
-        f'    episode_ticks: {episode_ticks}\n'
-        f'    genome: [{genes}]\n'
-    )
+    lines = [f'    {name}: {value}' for name, value in settings.items()]
+    return '\n'.join(['/**:', '  ros__parameters:', *lines, f'    genome: [{genes}]', ''])
 
 
 def _write(path, text):
@@ -63,10 +57,10 @@ def main(arguments=None):
         environment = read_environment(options)
         genome = select_champion(options.genome, options.species).genome
         speed = environment.max_wheel_speeds[SPECIES.index(options.species)]
-        settings = speed, environment.motor_map, environment.episode_ticks
-        header = c_header(genome, options.name or options.species, *settings)
+        settings = {'max_wheel_speed': float(speed), **environment.network_settings}
+        header = c_header(genome, options.name or options.species, **settings)
         if options.yaml is not None:
-            _write(options.yaml, parameters_yaml(genome, *settings))
+            _write(options.yaml, parameters_yaml(genome, settings))
         if options.header is not None:
             _write(options.header, header)
     except ValueError as error:

@@ -231,8 +231,9 @@ class Simulator(Node):
 
     def _on_set_arena(self, request, response):
         def rebuild():
-            arena = Arena(request.size, request.obstacle, request.wall_friction)
-            self._simulation.rebuild(arena)
+            self._simulation.rebuild(
+                Arena(request.size, request.obstacle, request.wall_friction, request.wall_contact)
+            )
 
         return self._restart(response, rebuild)
 

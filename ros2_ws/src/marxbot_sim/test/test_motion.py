@@ -12,6 +12,7 @@ from marxbot_sim.core.parameters import (
     OBSTACLE_RADIUS,
     START_POSES,
     TICK,
+    WALL_CONTACTS,
     WHEEL_RADIUS,
     WHEEL_SEPARATION,
     Arena,
@@ -19,6 +20,7 @@ from marxbot_sim.core.parameters import (
 from marxbot_sim.core.world import World
 
 LIMIT = 1.5 - BODY_RADIUS
+RIM_TURN = 0.085 / 0.06325**2  # rad a metre: R / b^2
 STEP = 10 * WHEEL_RADIUS * TICK  # m, a tick at 10 rad/s
 FAR = (1.2, -1.2, 0.0)
 
@@ -91,7 +93,7 @@ def test_a_full_circle_ends_where_it_began():
 
 
 @pytest.mark.parametrize('wall', range(4))
-def test_a_wall_stops_the_robot_and_not_its_heading(wall):
+def test_a_wall_that_it_faces_stops_the_robot_and_does_not_turn_it(wall):
     turn = wall * math.pi / 2
     cos, sin = round(math.cos(turn)), round(math.sin(turn))
     x, y, heading = after((1.4 * cos, 1.4 * sin, turn), (10, 10), (10, 10))
@@ -115,9 +117,11 @@ def test_sliding_along_a_wall_loses_friction_times_what_was_stopped(friction):
 
 
 def test_large_friction_holds_the_robot():
-    for heading in (0.2, -0.2, 1.4):
-        x, y, _ = after((1.415, 0.3, heading), *[(10, 10)] * 5, arena=Arena(wall_friction=100))
-        assert (x, y) == pytest.approx((1.415, 0.3), abs=1e-6)
+    for wall_contact in ('rigid', 'slide'):
+        arena = Arena(wall_friction=100, wall_contact=wall_contact)
+        for heading in (0.2, -0.2, 1.4):
+            x, y, _ = after((1.415, 0.3, heading), *[(10, 10)] * 5, arena=arena)
+            assert (x, y) == pytest.approx((1.415, 0.3), abs=1e-6)
 
 
 def test_a_corner_holds_both_axes():
@@ -155,8 +159,79 @@ def test_sliding_along_the_obstacle(friction):
     expected = np.array([x, y]) + depth * normal - held * tangent
     end = after((-0.135, 0, heading), (10, 10), arena=arena)
     assert end[:2] == pytest.approx(expected, abs=1e-6)
-    assert end[2] == pytest.approx(heading, abs=1e-6)
+    # facing it is the direction of -normal; the turn is capped, and does not overshoot
+    to_face = math.remainder(math.atan2(-normal[1], -normal[0]) - heading, 2 * math.pi)
+    turn = min(RIM_TURN * abs(held), 0.5, abs(to_face)) * math.copysign(1, to_face)
+    assert end[2] == pytest.approx(heading + turn, abs=2e-6)
     assert depth > 0.005
+
+
+@pytest.mark.parametrize('degrees', [1, 10, 20, 26, 27, 45, 60, 80, 89])
+@pytest.mark.parametrize('side', [-1, 1])
+@pytest.mark.parametrize('way', [10, -10])
+def test_a_rigid_wall_turns_a_robot_toward_the_normal(degrees, side, way):
+    # a robot that drives into x = 1.5, or backs into it, that many degrees off the wall's normal
+    off = side * math.radians(degrees)
+    heading = off if way > 0 else off + math.pi
+    _, y, end = after((1.415, 0, heading), (way, way))
+    along, stopped = STEP * math.sin(abs(off)), STEP * math.cos(off)
+    lost = min(0.5 * stopped, along)
+    turn = min(RIM_TURN * lost, abs(off))
+    assert y == pytest.approx(side * (along - lost), abs=1e-6)
+    assert math.remainder(end - heading, 2 * math.pi) == pytest.approx(-side * turn, abs=2e-6)
+
+
+def test_a_rigid_wall_never_turns_a_robot_past_the_normal():
+    # at 30 rad/s friction could turn it by 1.7 times its angle; facing the wall it stays
+    arena = Arena(wall_friction=100)
+    for off in (0.02, -0.05):
+        end = after((1.415, 0, off), (30, 30), arena=arena)
+        assert end == pytest.approx((1.415, 0, 0), abs=1e-6)
+    assert after((1.415, 0, 1.2), *[(10, 10)] * 40)[2] == pytest.approx(0, abs=1e-5)
+
+
+def test_a_rigid_wall_turns_by_half_a_radian_in_a_tick_at_most():
+    _, _, heading = after((1.415, 0, 1.5), (30, 30), arena=Arena(wall_friction=100))
+    assert heading == pytest.approx(1.0, abs=2e-6)
+
+
+def test_both_walls_of_a_corner_turn_a_robot():
+    # each wall turns it by what friction took along it: here both took all there was
+    arena = Arena(wall_friction=0.2)
+    heading = math.radians(40)
+    x, y, end = after((1.415, 1.415, heading), (10, 10), arena=arena)
+    assert (x, y) == pytest.approx((1.415, 1.415), abs=1e-6)
+    assert end == pytest.approx(heading, abs=1e-6)  # no slide is left that friction could take
+    # 1 mm of slide is left along each: the walls turn it by as much, one against the other
+    x, y, end = after((1.414, 1.412, heading), (10, 10), arena=arena)
+    assert (x, y) == pytest.approx((1.414, 1.412), abs=1e-6)
+    assert end == pytest.approx(heading - RIM_TURN * 0.003 + RIM_TURN * 0.001, abs=2e-6)
+
+
+@pytest.mark.parametrize('obstacle', [False, True])
+def test_undo_keeps_position_and_heading(obstacle):
+    arena = Arena(obstacle=obstacle, wall_contact='undo')
+    start = (-0.14, 0.01, 0.3) if obstacle else (1.41, 0.3, 0.5)
+    for speeds in ((10, 10), (10, 9), (-10, -10)):
+        if speeds[0] < 0:
+            start = (*start[:2], start[2] + math.pi)
+        assert turned(after(start, speeds, arena=arena)) == pytest.approx(turned(start), abs=1e-6)
+    # turning on the spot is no move that ends inside
+    end = after(start, (-10, 10), arena=arena)
+    assert turned(end) == pytest.approx(
+        turned((*start[:2], start[2] + 2 * 0.027 / 0.1265)), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize('wall_contact', ['rigid', 'slide', 'undo'])
+def test_contact_is_felt_however_it_ends(wall_contact):
+    for pose, obstacle in (((1.41, 0, 0.4), False), ((-0.14, 0, 0.1), True)):
+        world = World(Arena(obstacle=obstacle, wall_contact=wall_contact))
+        world.reset([pose, FAR])
+        world.step([(10, 10), (0, 0)])
+        assert world.bodies[:, 4].tolist() == [1, 0]
+        world.step([(-10, -10), (0, 0)])
+        assert world.bodies[:, 4].tolist() == [0, 0]
 
 
 def captured(starts, headings, speeds, arena=Arena()):
@@ -196,6 +271,7 @@ pose = st.tuples(coordinate, coordinate, angle) | st.tuples(small, small, angle)
 speed = st.floats(-10, 10) | st.just(10.0)
 speeds = st.tuples(st.tuples(speed, speed), st.tuples(speed, speed))
 frictions = st.sampled_from([0.0, 0.5, 3.0])
+wall_contacts = st.sampled_from(WALL_CONTACTS)
 
 
 def worlds(poses, arena):
@@ -208,27 +284,45 @@ def worlds(poses, arena):
     return world
 
 
-@given(pose, pose, st.lists(speeds, min_size=1, max_size=4), st.booleans(), frictions)
+arenas = st.builds(
+    Arena, obstacle=st.booleans(), wall_friction=frictions, wall_contact=wall_contacts
+)
+
+
+@given(pose, pose, st.lists(speeds, min_size=1, max_size=4), arenas)
 @settings(max_examples=300, deadline=None)
-def test_no_robot_ends_a_tick_inside_anything(predator, prey, commands, obstacle, friction):
-    world = worlds([predator, prey], Arena(obstacle=obstacle, wall_friction=friction))
+def test_no_robot_ends_a_tick_inside_anything(predator, prey, commands, arena):
+    world = worlds([predator, prey], arena)
     for command in commands:
         world.step(np.array(command, np.float32))
         x, y, _ = world.poses.T.astype(float)
         assert np.abs([x, y]).max() <= LIMIT + 1e-6
-        if obstacle:
+        if arena.obstacle:
             assert np.hypot(x, y).min() >= BODY_RADIUS + OBSTACLE_RADIUS - 1e-6
 
 
 @given(pose, speeds, st.booleans(), frictions)
 @settings(max_examples=300, deadline=None)
-def test_contact_never_changes_the_heading(predator, command, obstacle, friction):
-    world = worlds([predator, FAR], Arena(obstacle=obstacle, wall_friction=friction))
+def test_contact_that_slides_never_changes_the_heading(predator, command, obstacle, friction):
+    arena = Arena(obstacle=obstacle, wall_friction=friction, wall_contact='slide')
+    world = worlds([predator, FAR], arena)
     world.step(np.array(command, np.float32))
     left, right = command[0]
     heading = predator[2] + (right - left) * WHEEL_RADIUS * TICK / WHEEL_SEPARATION
     cos, sin = world.bodies[0, 2:4]
     assert (cos, sin) == pytest.approx((math.cos(heading), math.sin(heading)), abs=1e-6)
+
+
+@given(pose, speeds, st.booleans(), frictions)
+@settings(max_examples=300, deadline=None)
+def test_rigid_and_sliding_contact_end_at_the_same_place(predator, command, obstacle, friction):
+    ends = []
+    for wall_contact in ('rigid', 'slide'):
+        world = worlds([predator, FAR], Arena(3.0, obstacle, friction, wall_contact))
+        world.step(np.array(command, np.float32))
+        ends.append(world.bodies)
+    assert (ends[0][:, [0, 1, 4]] == ends[1][:, [0, 1, 4]]).all()
+    assert np.hypot(*ends[0][:, 2:4].T) == pytest.approx([1, 1], abs=1e-6)
 
 
 @given(pose, speeds, frictions)
@@ -241,10 +335,9 @@ def test_walls_never_carry_a_robot_further_than_its_wheels(predator, command, fr
     assert (way <= np.abs(np.array(command)).mean(axis=1) * WHEEL_RADIUS * TICK + 1e-6).all()
 
 
-@given(pose, pose, speeds, st.booleans(), frictions)
+@given(pose, pose, speeds, arenas)
 @settings(max_examples=300, deadline=None)
-def test_mirrored_robots_move_as_the_mirror_image(predator, prey, command, obstacle, friction):
-    arena = Arena(obstacle=obstacle, wall_friction=friction)
+def test_mirrored_robots_move_as_the_mirror_image(predator, prey, command, arena):
     ours = worlds([predator, prey], arena)
     theirs = worlds(np.array([predator, prey]) * (1, -1, -1), arena)
     command = np.array(command, np.float32)

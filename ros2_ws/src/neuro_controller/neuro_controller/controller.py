@@ -32,8 +32,10 @@ TRIGGERS = ('timer', 'sensors')
 
 _NETWORK = {
     'max_wheel_speed': (10.0, 'wheel speed at full effort, rad/s: 8.5 or 10 in the paper'),
-    'motor_map': ('printed', "'printed' (forward only) or 'signed' (can back up)"),
+    'motor_map': ('signed', "'signed' (can back up) or 'printed' (forward only)"),
     'episode_ticks': (1000, 'ticks of 0.1 s after which the clock neuron reads 1'),
+    'infrared_response': ('squared', "infrared activation, 'squared' or 'linear' in nearness"),
+    'ground_coding': ('relative', "ground neurons 'relative' to their mean, or 'raw'"),
 }
 _FIXED = {
     'genome_server': (

@@ -49,17 +49,26 @@ def some_readings(rng, ticks):
     readings = rng.random((ticks, 37)).astype(np.float32)
     readings[:, :24] *= 0.3
     readings[:, :24][rng.random((ticks, 24)) < 0.3] = np.inf
+    readings[::2, 32:36] = readings[::2, 32:33] + 0.03 * rng.random((ticks // 2, 4))
     readings[:, 36] = rng.random(ticks) < 0.2
     return readings
 
 
-@pytest.mark.parametrize('motor_map', ['printed', 'signed'])
+@pytest.mark.parametrize(
+    'choices',
+    [
+        {},
+        {'motor_map': 'printed', 'infrared_response': 'linear', 'ground_coding': 'raw'},
+        {'infrared_response': 'linear'},
+    ],
+    ids=['default', 'plain', 'linear'],
+)
 @pytest.mark.parametrize('seed', range(3))
-def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, motor_map):
+def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, choices):
     rng = np.random.default_rng(seed)
     genome = random_genomes(1, rng)[0]
-    settings = 8.5, motor_map, 700
-    (tmp_path / 'robot.h').write_text(c_header(genome, 'robot', *settings))
+    settings = {'max_wheel_speed': 8.5, 'episode_ticks': 700, **choices}
+    (tmp_path / 'robot.h').write_text(c_header(genome, 'robot', **settings))
     (tmp_path / 'main.c').write_text(MAIN)
     flags = ['-std=c99', '-Wall', '-Wextra', '-Werror', '-pedantic', '-O1']
     program = tmp_path / 'main'
@@ -69,7 +78,7 @@ def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, motor_m
     steps = np.frombuffer(output.stdout, RECORD)
     assert len(steps) == 1000
 
-    controller = Controller(genome, *settings)
+    controller = Controller(genome, **settings)
     for step, reading in zip(steps, readings, strict=True):
         wheels = controller.step(reading)
         assert (step['inputs'] == controller.inputs).all()
@@ -87,6 +96,8 @@ def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, motor_m
         ((np.full(442, 6.0), 'robot', 10.0), 'genome has the value 6.0'),
         ((np.zeros(442), 'robot', 0.0), 'max_wheel_speed is 0.0'),
         ((np.zeros(442), 'robot', 10.0, 'odd'), 'motor_map is'),
+        ((np.zeros(442), 'robot', 10.0, 'signed', 1000, 'odd'), 'infrared_response is'),
+        ((np.zeros(442), 'robot', 10.0, 'signed', 1000, 'linear', 'odd'), 'ground_coding is'),
     ],
 )
 def test_bad_input_is_refused(arguments, sentence):

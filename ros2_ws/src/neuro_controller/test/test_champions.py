@@ -76,6 +76,9 @@ def test_a_champion_knows_the_robot_it_evolved_in(run):
         'max_wheel_speed': 10.0,  # the paper's, with the obstacle
         'motor_map': 'signed',
         'episode_ticks': 500,
+        # the run is older than the choice of these
+        'infrared_response': 'linear',
+        'ground_coding': 'raw',
     }
     assert select_champion(f'{run[0]}:10000', 'prey').settings['max_wheel_speed'] == 6.0
     name = run[0].name

@@ -12,6 +12,14 @@ from neuro_controller.core.controller import Controller
 from neuro_controller.core.genome import GENES
 
 GRID = 2.0**-16
+PLAIN = {
+    'max_wheel_speed': 10.0,
+    'motor_map': 'printed',
+    'infrared_response': 'linear',
+    'ground_coding': 'raw',
+}
+"""The equations as printed, and neurons that show readings as they are."""
+
 NOTHING = np.array([1.0] * 24 + [0.0] * 13, np.float32)
 OUTPUTS = slice(10, 12)
 LEAKS = slice(362, 372)
@@ -41,7 +49,7 @@ def sensing(neuron, readings=NOTHING):
 
 
 def stepped(genes, readings=NOTHING, ticks=1, **options):
-    controller = Controller(genes, **{'max_wheel_speed': 10.0, **options})
+    controller = Controller(genes, **{**PLAIN, **options})
     for _ in range(ticks):
         wheels = controller.step(readings)
     return controller, np.asarray(wheels, float)
@@ -71,6 +79,42 @@ def test_inputs_are_in_the_documented_order():
     assert inputs[16] == pytest.approx(28 / 64, abs=1e-6)
     assert inputs[17:22] == pytest.approx([0.1, 0.2, 0.3, 0.4, 0.25], abs=1e-6)
     assert inputs[22:] == pytest.approx([1, 0, 0], abs=1e-6)
+
+
+def test_squared_infrared_is_the_mean_of_squares():
+    readings = NOTHING.copy()
+    readings[:24] = np.resize([0.02, 0.05, 0.08, 0.0, 0.1, 3.0], 24)
+    controller, _ = stepped(genome(), readings, infrared_response='squared')
+    # (0.8^2 + 0.5^2 + 0.2^2) / 3 = 0.31, and of what touches, at the range and beyond: 1/3
+    expected = np.resize([0.31, 1 / 3], 8)
+    assert controller.inputs[:8] == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('darkness', 'neurons'),
+    [
+        # 0.5 + 10 (g - mean): differences of 0.01 become 0.1
+        ([0.50, 0.51, 0.52, 0.55], [0.3, 0.4, 0.5, 0.8, 0.52]),
+        ([0.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.5, 0.5, 0.0]),
+        # kept in 0..1
+        ([0.1, 0.2, 0.3, 0.4], [0.0, 0.0, 1.0, 1.0, 0.25]),
+    ],
+)
+def test_relative_ground_tells_directions(darkness, neurons):
+    readings = NOTHING.copy()
+    readings[32:36] = darkness
+    controller, _ = stepped(genome(), readings, ground_coding='relative')
+    assert controller.inputs[17:22] == pytest.approx(neurons, abs=2e-6)
+
+
+def test_the_defaults_are_the_authors_robot():
+    readings = NOTHING.copy()
+    readings[0], readings[32] = 0.05, 0.02
+    controller = Controller(genome(g11=-5), 10.0)
+    wheels = controller.step(readings)
+    assert controller.inputs[0] == pytest.approx(0.25 / 3, abs=1e-6)
+    assert controller.inputs[17] == pytest.approx(0.65, abs=1e-6)
+    assert wheels[0] == pytest.approx(10 * (2 * logistic(-5) - 1), abs=1e-4)
 
 
 def test_nothing_in_range_activates_no_infrared_neuron():
@@ -121,7 +165,7 @@ def test_each_bias_and_each_connection_between_neurons(target):
 @pytest.mark.parametrize('gene', [0, 1, -2.5, 5, -5])
 @pytest.mark.parametrize('neuron', [0, 9])
 def test_a_leaky_neuron_keeps_the_share_of_its_gene(neuron, gene):
-    controller = Controller(genome(**{f'g{362 + neuron}': gene}), max_wheel_speed=10.0)
+    controller = Controller(genome(**{f'g{362 + neuron}': gene}), **PLAIN)
     kept, hidden = abs(gene) / 5, 0.0
     for _ in range(5):
         controller.step(NOTHING)
@@ -159,7 +203,7 @@ def test_motor_equations_by_number():
 
 
 def test_fatigue_is_the_square_of_the_mean_energy_of_200_ticks():
-    controller = Controller(genome(g10=1, g11=3), max_wheel_speed=8.5)
+    controller = Controller(genome(g10=1, g11=3), **{**PLAIN, 'max_wheel_speed': 8.5})
     spent = []
     for tick in range(450):
         tiredness = (sum(spent[-200:]) / 200) ** 2
@@ -172,7 +216,7 @@ def test_fatigue_is_the_square_of_the_mean_energy_of_200_ticks():
 
 
 def test_fatigue_counts_each_wheel_in_either_direction():
-    controller = Controller(genome(g10=-5, g11=5), max_wheel_speed=10.0)
+    controller = Controller(genome(g10=-5, g11=5), **PLAIN)
     wheels = np.asarray(controller.step(NOTHING), float)
     assert wheels[0] < 0 < wheels[1]
     controller.step(NOTHING)

@@ -10,8 +10,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from coevo_manager.core.environment import Environment
+from coevo_manager.core.worlds import WORLDS
+from marxbot_sim.core.parameters import WALL_CONTACTS
 from marxbot_sim.core.perturbations import LIMITS, PERFECT, ROBOTS, Perturbations
 from marxbot_sim.core.physics import PHYSICS
+from neuro_controller.core.controller import GROUND_CODINGS, INFRARED_RESPONSES, MOTOR_MAPS
 
 
 def _field(default, help, unit='', minimum=0, maximum=math.inf, choices=()):
@@ -37,8 +40,8 @@ class Configuration:
     """What defines a run: with the same configuration two runs write the same files.
 
     Every field carries ``metadata``: ``help``, ``unit``, ``minimum``, ``maximum`` and ``choices``
-    (empty where free), from which command lines and messages are made. The defaults are the
-    preset ``quick``.
+    (empty where free), from which command lines and messages are made. The defaults are those
+    of the world ``faithful``; `load_configuration` completes a preset and a world.
 
     Raises
     ------
@@ -145,13 +148,19 @@ class Configuration:
         0.05, "optimizer openai_es: Adam's step size, in genes", minimum=0.0, maximum=10.0
     )
 
+    world: str = _field(
+        'faithful',
+        "named world that the settings below start from: the authors' (perfect robots, one "
+        'start), with varied starts, or with noise too',
+        choices=WORLDS,
+    )
     environment: str = _field(
         'open', 'the arena: empty, or with the central cylinder', choices=('open', 'obstacle')
     )
     motor_map: str = _field(
-        'printed',
-        'motor equations as printed, or signed so that robots can drive backwards',
-        choices=('printed', 'signed'),
+        'signed',
+        'motor equations signed, so that robots can drive backwards, or as printed',
+        choices=MOTOR_MAPS,
     )
     predator_speed: float | None = _field(
         None,
@@ -166,6 +175,22 @@ class Configuration:
     )
     wall_friction: float = _field(
         0.5, 'Coulomb friction of walls and obstacle', minimum=0.0, maximum=1e6
+    )
+    wall_contact: str = _field(
+        'rigid',
+        'contact with walls and obstacle lets a robot slide and turns it toward them, lets it '
+        'slide without turning, or undoes its move',
+        choices=WALL_CONTACTS,
+    )
+    infrared_response: str = _field(
+        'squared',
+        'infrared activation, (1 - d/range) squared or linear',
+        choices=INFRARED_RESPONSES,
+    )
+    ground_coding: str = _field(
+        'relative',
+        'ground neurons relative to their mean, which tells directions, or raw darkness',
+        choices=GROUND_CODINGS,
     )
     physics: str = _field(
         'kinematic',
@@ -241,6 +266,9 @@ class Configuration:
             prey_speed=self.prey_speed,
             episode_ticks=self.episode_ticks,
             wall_friction=self.wall_friction,
+            wall_contact=self.wall_contact,
+            infrared_response=self.infrared_response,
+            ground_coding=self.ground_coding,
             physics=self.physics,
             perturbations=self._make_perturbations(),
         )
@@ -257,13 +285,16 @@ class Configuration:
 FIELDS = {field.name: field for field in dataclasses.fields(Configuration)}
 _TYPES = typing.get_type_hints(Configuration)
 
-PRESETS: dict[str, dict[str, Any]] = {'quick': {}, 'paper': {'phases': 1500}}
+PRESETS: dict[str, dict[str, Any]] = {
+    'quick': {'world': 'varied'},
+    'paper': {'world': 'faithful', 'phases': 1500},
+}
 """What each preset changes in the defaults: ``quick`` shows learning in about a minute on two
 cores, ``paper`` is one replication of Simione and Nolfi (2019), section 3."""
 
 
 def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
-    """Complete a preset by the fields given.
+    """Complete a preset and its world by the fields given, which may name another world.
 
     Parameters
     ----------
@@ -284,7 +315,9 @@ def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Conf
             f'unknown configuration {"key" if len(unknown) == 1 else "keys"} '
             f'{", ".join(unknown)}; known are {", ".join(FIELDS)}'
         )
-    return Configuration(**{**PRESETS[preset], **values})
+    world = values.get('world', PRESETS[preset]['world'])
+    _check_choice('world', world, WORLDS)
+    return Configuration(**{**PRESETS[preset], **WORLDS[world], **values})
 
 
 def differences(ours: Configuration, theirs: Configuration) -> list[str]:

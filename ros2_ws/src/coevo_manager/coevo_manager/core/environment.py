@@ -3,24 +3,42 @@
 import math
 from dataclasses import dataclass
 
-from marxbot_sim.core.parameters import PREDATOR_WHEEL_SPEED, PREY_WHEEL_SPEED, Arena
+from marxbot_sim.core.parameters import (
+    PREDATOR_WHEEL_SPEED,
+    PREY_WHEEL_SPEED,
+    WALL_CONTACTS,
+    Arena,
+)
 from marxbot_sim.core.perturbations import PERFECT, Perturbations
 from marxbot_sim.core.physics import PHYSICS
-from neuro_controller.core.controller import MAX_WHEEL_SPEED, MOTOR_MAPS
+from neuro_controller.core.controller import (
+    GROUND_CODINGS,
+    INFRARED_RESPONSES,
+    MAX_WHEEL_SPEED,
+    MOTOR_MAPS,
+)
 
 MAX_EPISODE_TICKS = 1_000_000
+
+_CHOICES = {
+    'motor_map': MOTOR_MAPS,
+    'wall_contact': WALL_CONTACTS,
+    'infrared_response': INFRARED_RESPONSES,
+    'ground_coding': GROUND_CODINGS,
+    'physics': PHYSICS,
+}
 
 
 @dataclass(frozen=True)
 class Environment:
-    """The conditions of an episode.
+    """The conditions of an episode; the defaults are the world `faithful`, see `worlds.WORLDS`.
 
     Attributes
     ----------
     obstacle : bool
         Whether a cylinder stands at the centre of the arena (paper section 5).
     motor_map : str
-        'printed' (equations 3 and 4 as printed) or 'signed' (2 rm - 1 in place of rm).
+        'signed' (2 rm - 1 in place of rm) or 'printed' (equations 3 and 4 as printed).
     predator_speed : float
         Highest wheel speed of the predator, rad/s, up to 30; None is the paper's: 8.5, or 10 with
         the obstacle.
@@ -30,6 +48,13 @@ class Environment:
         Length of an episode, ticks of 0.1 s, 1 to 1,000,000.
     wall_friction : float
         Coulomb coefficient at walls and obstacle, at least 0.
+    wall_contact : str
+        What contact with walls and obstacle does: 'rigid' (slide against friction and turn toward
+        the wall), 'slide' (never turn) or 'undo' (the whole move).
+    infrared_response : str
+        'squared', (1 - d/range)^2, or 'linear', 1 - d/range.
+    ground_coding : str
+        'relative', 0.5 + 10 (g - mean) kept in 0..1, or 'raw', g.
     physics : str
         'kinematic' (exact motion, compiled) or 'pymunk' (rigid bodies, far slower).
     perturbations : Perturbations
@@ -44,11 +69,14 @@ class Environment:
     """
 
     obstacle: bool = False
-    motor_map: str = 'printed'
+    motor_map: str = 'signed'
     predator_speed: float | None = None
     prey_speed: float = PREY_WHEEL_SPEED
     episode_ticks: int = 1000
     wall_friction: float = 0.5
+    wall_contact: str = 'rigid'
+    infrared_response: str = 'squared'
+    ground_coding: str = 'relative'
     physics: str = 'kinematic'
     perturbations: Perturbations = PERFECT
 
@@ -57,10 +85,11 @@ class Environment:
             object.__setattr__(self, 'predator_speed', PREDATOR_WHEEL_SPEED[bool(self.obstacle)])
         if not isinstance(self.obstacle, bool):
             raise ValueError(f'obstacle is {self.obstacle!r}, expected True or False')
-        if self.motor_map not in MOTOR_MAPS:
-            raise ValueError(
-                f'motor_map is {self.motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}'
-            )
+        for name, choices in _CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise ValueError(
+                    f'{name} is {getattr(self, name)!r}, expected one of {", ".join(choices)}'
+                )
         for name in ('predator_speed', 'prey_speed'):
             _check(
                 name,
@@ -84,15 +113,27 @@ class Environment:
             'a number of at least 0',
             lambda v: 0.0 <= v < math.inf,
         )
-        if self.physics not in PHYSICS:
-            raise ValueError(f'physics is {self.physics!r}, expected one of {", ".join(PHYSICS)}')
         if not isinstance(self.perturbations, Perturbations):
             raise ValueError(f'perturbations is {self.perturbations!r}, expected Perturbations')
 
     @property
     def arena(self):
         """The arena, a `marxbot_sim.core.parameters.Arena`."""
-        return Arena(obstacle=self.obstacle, wall_friction=self.wall_friction)
+        return Arena(
+            obstacle=self.obstacle,
+            wall_friction=self.wall_friction,
+            wall_contact=self.wall_contact,
+        )
+
+    @property
+    def network_settings(self):
+        """What every controller is set to, arguments of `neuro_controller`'s by name."""
+        return {
+            'motor_map': self.motor_map,
+            'episode_ticks': self.episode_ticks,
+            'infrared_response': self.infrared_response,
+            'ground_coding': self.ground_coding,
+        }
 
     @property
     def max_wheel_speeds(self):

@@ -155,6 +155,7 @@ class EpisodePlayer:
                 'physics': environment.physics,
                 'arena.obstacle': environment.obstacle,
                 'arena.wall_friction': environment.wall_friction,
+                'arena.wall_contact': environment.wall_contact,
                 'max_wheel_speed': max(environment.max_wheel_speeds),
                 **{
                     f'perturbations.{name}': value
@@ -173,8 +174,7 @@ class EpisodePlayer:
                     'stamped_cmd_vel': True,
                     'sensor_timeout': TICK_TIMEOUT,
                     'max_wheel_speed': speed,
-                    'motor_map': environment.motor_map,
-                    'episode_ticks': environment.episode_ticks,
+                    **environment.network_settings,
                 },
             )
 

@@ -15,6 +15,7 @@ import yaml
 
 from coevo_manager.core.configuration import FIELDS, PRESETS, Configuration
 from coevo_manager.core.evolution import algorithms, optimizers, registry
+from coevo_manager.core.worlds import WORLDS
 
 _TYPES = typing.get_type_hints(Configuration)
 
@@ -133,7 +134,11 @@ def _help(name: str, field: dataclasses.Field) -> str:
     facts = [field.metadata['unit']] if field.metadata['unit'] else []
     if field.default is not None:
         facts.append(f'default: {field.default}')
-    facts += [f'{p}: {values[name]}' for p, values in PRESETS.items() if name in values]
+    facts += [
+        f'{key}: {values[name]}'
+        for key, values in {**PRESETS, **WORLDS}.items()
+        if values.get(name, field.default) != field.default
+    ]
     text = field.metadata['help'] + (f' ({"; ".join(facts)})' if facts else '')
     return text.replace('%', '%%')
 

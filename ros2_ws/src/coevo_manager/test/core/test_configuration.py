@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import math
 
 import pytest
 
@@ -14,6 +15,7 @@ from coevo_manager.core.configuration import (
 )
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.evolution import algorithms
+from coevo_manager.core.worlds import WORLDS
 from marxbot_sim.core.perturbations import Perturbations
 
 
@@ -24,13 +26,40 @@ def test_the_paper_preset_is_the_papers():
     assert paper.mutation_rate == 0.02
     environment = paper.make_environment()
     assert (environment.predator_speed, environment.prey_speed) == (8.5, 10.0)
-    assert (environment.episode_ticks, environment.motor_map) == (1000, 'printed')
+    assert (environment.episode_ticks, paper.world) == (1000, 'faithful')
+    assert environment == Environment()
     obstacle = load_configuration({'environment': 'obstacle'}, 'paper').make_environment()
     assert (obstacle.predator_speed, obstacle.obstacle) == (10.0, True)
 
 
-def test_the_defaults_are_the_quick_preset():
-    assert load_configuration({}) == load_configuration({}, 'quick') == Configuration()
+def test_the_usual_preset_is_quick_in_the_world_varied():
+    assert load_configuration({}) == load_configuration({'world': 'varied'}, 'quick')
+
+
+def test_the_defaults_are_the_world_faithful():
+    assert load_configuration({'world': 'faithful'}) == Configuration()
+    assert Configuration().make_environment() == Environment()
+
+
+def test_the_worlds():
+    faithful, varied, robust = (
+        load_configuration({'world': world}).make_environment()
+        for world in ('faithful', 'varied', 'robust')
+    )
+    assert (faithful.motor_map, faithful.wall_contact) == ('signed', 'rigid')
+    assert (faithful.infrared_response, faithful.ground_coding) == ('squared', 'relative')
+    assert not faithful.perturbations.active
+    starts = {'start_displacement': 0.3, 'start_rotation': math.pi}
+    assert varied == Environment(perturbations=Perturbations(**starts))
+    noise = {'camera_noise': 0.05, 'infrared_noise': 0.01, 'ground_noise': 0.005}
+    perturbations = Perturbations(**starts, **noise, motor_noise=0.05)
+    assert robust == Environment(perturbations=perturbations)
+
+
+def test_a_single_value_overrides_the_world():
+    configuration = load_configuration({'world': 'robust', 'camera_noise': 0, 'seed': 3}, 'paper')
+    assert (configuration.world, configuration.phases) == ('robust', 1500)
+    assert (configuration.camera_noise, configuration.motor_noise) == (0.0, 0.05)
 
 
 def test_every_condition_of_an_episode_can_be_configured():
@@ -52,10 +81,17 @@ def test_every_condition_of_an_episode_can_be_configured():
     values['perturbed_robots'] = values.pop('robots')
     values['perturbation_seed'] = values.pop('seed')
     assert all(FIELDS[name].default != value for name, value in values.items())
-    configuration = load_configuration({'physics': 'pymunk', 'wall_friction': 0.1, **values})
+    choices = {
+        'wall_contact': 'undo',
+        'infrared_response': 'linear',
+        'ground_coding': 'raw',
+        'motor_map': 'printed',
+        'physics': 'pymunk',
+        'wall_friction': 0.1,
+    }
+    configuration = load_configuration({**choices, **values})
     environment = configuration.make_environment()
-    assert environment == Environment(physics='pymunk', wall_friction=0.1, perturbations=imperfect)
-    assert not load_configuration({}).make_environment().perturbations.active
+    assert environment == Environment(**choices, perturbations=imperfect)
 
 
 def test_given_values_replace_those_of_the_preset():
@@ -66,7 +102,7 @@ def test_given_values_replace_those_of_the_preset():
 def test_every_field_is_documented():
     for name, field in FIELDS.items():
         assert field.metadata['help'], name
-    for values in PRESETS.values():
+    for values in (*PRESETS.values(), *WORLDS.values()):
         assert set(values) <= set(FIELDS)
 
 
@@ -103,7 +139,9 @@ def test_differences_are_named():
         ({'algorithm': 'best'}, "algorithm must be one of .*standard, vanilla, got 'best'"),
         ({'optimizer': 'sgd'}, "optimizer must be one of cma_es, .*, got 'sgd'"),
         ({'environment': 'maze'}, "environment must be one of open, obstacle, got 'maze'"),
-        ({'motor_map': None}, 'motor_map must be one of printed, signed, got None'),
+        ({'motor_map': None}, 'motor_map must be one of signed, printed, got None'),
+        ({'world': 'flat'}, "world must be one of faithful, varied, robust, got 'flat'"),
+        ({'wall_contact': 'soft'}, "wall_contact must be one of rigid, .*, got 'soft'"),
         ({'seed': -1}, 'seed must be a whole number from 0 to 4294967295, got -1'),
         ({'seed': 1.5}, 'seed must be a whole number from 0 to 4294967295, got 1.5'),
         ({'seed': True}, 'seed must be a whole number .*, got True'),

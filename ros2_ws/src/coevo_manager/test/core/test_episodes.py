@@ -15,6 +15,7 @@ from coevo_manager.core.episodes import (
 )
 from neuro_controller.core.genome import GENES, random_genomes
 
+PRINTED = Environment(motor_map='printed')
 ZERO = np.zeros(GENES, np.float32)
 
 
@@ -55,7 +56,7 @@ def straight_run(gap, speeds):
 def test_robots_that_drive_at_each_other_meet_when_they_should(predator, prey):
     # 0.83 m between the rims; tm = 1/2 drives straight
     expected = straight_run(0.83, [(8.5, logistic(predator)), (10, logistic(prey))])
-    assert capture(driver(0, predator), driver(0, prey)) == expected
+    assert capture(driver(0, predator), driver(0, prey), PRINTED) == expected
     assert 15 < expected < 200
 
 
@@ -79,13 +80,14 @@ def test_no_capture_counts_as_the_whole_episode():
 
 def test_the_obstacle_stands_between_them():
     head_on = driver(0, 5), driver(0, -5)
-    assert capture(*head_on) < 100
-    assert capture(*head_on, Environment(obstacle=True)) == 1000
-    trace = trace_pair(*head_on, Environment(obstacle=True))
+    obstructed = Environment(obstacle=True, motor_map='printed')
+    assert capture(*head_on, PRINTED) < 100
+    assert capture(*head_on, obstructed) == 1000
+    trace = trace_pair(*head_on, obstructed)
     assert trace.poses[-1, 0, :2] == pytest.approx((-0.135, 0), abs=1e-6)
 
 
-def test_speeds_and_friction_of_the_environment_matter():
+def test_every_choice_of_the_environment_matters():
     genomes = random_genomes(40, np.random.default_rng(0))
     pairs = np.arange(20)
 
@@ -100,7 +102,11 @@ def test_speeds_and_friction_of_the_environment_matter():
         {'predator_speed': 10.0},
         {'prey_speed': 9.0},
         {'wall_friction': 0.0},
-        {'motor_map': 'signed'},
+        {'motor_map': 'printed'},
+        {'wall_contact': 'slide'},
+        {'wall_contact': 'undo'},
+        {'infrared_response': 'linear'},
+        {'ground_coding': 'raw'},
     ):
         assert results(**change) != usual
     assert results(obstacle=True) == results(obstacle=True, predator_speed=10.0)
@@ -109,7 +115,11 @@ def test_speeds_and_friction_of_the_environment_matter():
 def test_complexity_of_known_behaviour():
     # straight at constant speed: only the first step, from rest, and the slow tiring count
     ticks, complexity = measure_pairs(
-        [driver(0, 0)], [driver(-5, 0)], [0], [0], Environment(episode_ticks=1)
+        [driver(0, 0)],
+        [driver(-5, 0)],
+        [0],
+        [0],
+        Environment(motor_map='printed', episode_ticks=1),
     )
     assert ticks.tolist() == [1]
     assert complexity[0, 0] == pytest.approx(8.5 * 0.5 / 2, abs=1e-4)
@@ -178,6 +188,9 @@ def test_bad_requests_are_refused_in_one_sentence(change, clue):
     [
         ('obstacle', 'yes'),
         ('motor_map', 'reversed'),
+        ('wall_contact', 'soft'),
+        ('infrared_response', 'cubic'),
+        ('ground_coding', 'none'),
         ('predator_speed', 0.0),
         ('predator_speed', math.nan),
         ('prey_speed', -1.0),

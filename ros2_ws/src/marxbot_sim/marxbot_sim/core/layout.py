@@ -13,9 +13,10 @@ LEFT, RIGHT = range(2)
 WHEEL_ROWS = 2
 """`wheels`: speeds of the wheels, rad/s, positive forward."""
 
-HALF_SIZE, WALL_FRICTION = range(2)
-ARENA_ROWS = 2
-"""`arena`: half of the arena's side, m; Coulomb coefficient."""
+HALF_SIZE, WALL_FRICTION, RIM_TURN, UNDO = range(4)
+ARENA_ROWS = 4
+"""`arena`: half of the arena's side, m; Coulomb coefficient; turn for what friction takes of a
+tick's sliding, rad/m; 1 where a move that would end inside something is undone, else 0."""
 
 INFRARED, CAMERA, GROUND, TOUCH = 0, 24, 32, 36
 READING_ROWS = 37

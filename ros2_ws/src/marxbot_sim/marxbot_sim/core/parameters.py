@@ -40,6 +40,18 @@ CONTACT_DEPTH = 1e-5
 threshold of the traction sensor (paper A2). A robot that turns on the spot beside a wall, pushing
 by less than float32 can tell, is free of it."""
 
+RIM_TURN_PER_METRE = BODY_RADIUS / (0.5 * WHEEL_SEPARATION) ** 2
+"""Turn of a robot for each metre of sliding along a wall or the obstacle that friction at its rim
+takes, rad/m (derived in docs/physics.md)."""
+
+MAX_RIM_TURN = 0.5
+"""Most that contact with a wall or the obstacle turns a robot in a tick, rad."""
+
+WALL_CONTACTS = ('rigid', 'slide', 'undo')
+"""What contact with a wall or the obstacle may do: let a robot slide against friction and turn it
+toward facing what it presses against, as rigid bodies do; let it slide and never turn it; undo the
+whole move, position and heading (FARSA's kinematic mode)."""
+
 START_POSES = ((-0.5, 0.0, 0.0), (0.5, 0.0, math.pi))
 """Start of predator and prey: x and y in m, heading in rad (paper A3: facing each other)."""
 
@@ -63,16 +75,19 @@ class Arena:
     wall_friction : float
         Coulomb coefficient at walls and obstacle, >= 0: how many metres of sliding one metre
         of stopped approach costs.
+    wall_contact : str
+        What contact with walls and obstacle does, one of `WALL_CONTACTS`.
 
     Raises
     ------
     ValueError
-        If a number is out of its range.
+        If a value is out of its range.
     """
 
     size: float = 3.0
     obstacle: bool = False
     wall_friction: float = 0.5
+    wall_contact: str = 'rigid'
 
     def __post_init__(self):
         if not 0.5 <= self.size < math.inf:
@@ -82,4 +97,9 @@ class Arena:
         if not 0.0 <= self.wall_friction < math.inf:
             raise ValueError(
                 f'wall_friction is {self.wall_friction}, expected a number of at least 0'
+            )
+        if self.wall_contact not in WALL_CONTACTS:
+            raise ValueError(
+                f'wall_contact is {self.wall_contact!r}, '
+                f'expected one of {", ".join(WALL_CONTACTS)}'
             )

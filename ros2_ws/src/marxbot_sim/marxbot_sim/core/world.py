@@ -10,14 +10,22 @@ from marxbot_sim.core.layout import (
     COSINE,
     HALF_SIZE,
     READING_ROWS,
+    RIM_TURN,
     SINE,
+    UNDO,
     WALL_FRICTION,
     WHEEL_ROWS,
     X,
     Y,
 )
 from marxbot_sim.core.motion import move
-from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, START_POSES, Arena
+from marxbot_sim.core.parameters import (
+    BODY_RADIUS,
+    OBSTACLE_RADIUS,
+    RIM_TURN_PER_METRE,
+    START_POSES,
+    Arena,
+)
 from marxbot_sim.core.sensing import sense
 from simd_lanes import HALF, aligned_rows, compile_kernel, lane_bits
 
@@ -43,6 +51,8 @@ def arena_rows(arena):
     rows = aligned_rows(ARENA_ROWS)
     rows[HALF_SIZE] = 0.5 * arena.size
     rows[WALL_FRICTION] = arena.wall_friction
+    rows[RIM_TURN] = RIM_TURN_PER_METRE if arena.wall_contact == 'rigid' else 0.0
+    rows[UNDO] = arena.wall_contact == 'undo'
     return rows
 
 

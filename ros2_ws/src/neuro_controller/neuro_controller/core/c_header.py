@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from neuro_controller.core.controller import MOTOR_MAPS, settings_column
+from neuro_controller.core.controller import settings_column
 from neuro_controller.core.drive import WHEEL_RADIUS, WHEEL_SEPARATION
 from neuro_controller.core.genome import (
     HIDDEN,
@@ -21,9 +21,15 @@ from neuro_controller.core.genome import (
     weights_of,
 )
 from neuro_controller.core.network import (
+    DRIVE_OFFSET,
+    DRIVE_SCALE,
     FATIGUE_TICKS,
+    GROUND_GAIN,
     GROUND_INPUTS,
+    GROUND_MEAN_SHARE,
+    GROUND_OFFSET,
     INFRARED_RANGE,
+    LEAST_FACTOR,
     PER_EPISODE,
     PER_MAX_SPEED,
 )
@@ -43,7 +49,8 @@ _TEMPLATE = """\
  * wheels: speeds of the left and right wheel, rad/s, positive forward. The body moves at
  * @NAME@_linear(wheels) m/s and @NAME@_angular(wheels) rad/s.
  *
- * Motor map: @MAP@. Highest wheel speed: @SPEED@ rad/s. The clock reads 1 after @TICKS@ ticks.
+ * Motor map: @MAP@. Infrared response: @RESPONSE@. Ground coding: @CODING@.
+ * Highest wheel speed: @SPEED@ rad/s. The clock reads 1 after @TICKS@ ticks.
  */
 #ifndef @GUARD@
 #define @GUARD@
@@ -107,14 +114,20 @@ static inline void @NAME@_perceive(@NAME@_controller *c, const float readings[37
 
     for (i = 0; i < 8; i++) {
         float total = 0.0f;
-        for (k = 0; k < 3; k++)
-            total += fmaxf(fmaf(readings[3 * i + k], -@PER_RANGE@f, 1.0f), 0.0f);
+        for (k = 0; k < 3; k++) {
+            float near = fmaxf(fmaf(readings[3 * i + k], -@PER_RANGE@f, 1.0f), 0.0f);
+            total = fmaf(near, fmaxf(near, @LEAST_FACTOR@f), total);
+        }
         c->inputs[i] = total * @THIRD@f;
     }
     memcpy(c->inputs + 8, readings + 24, 8 * sizeof(float));
     c->inputs[16] = @NAME@_mean(readings + 24, 8);
-    memcpy(c->inputs + 17, readings + 32, 4 * sizeof(float));
     c->inputs[21] = @NAME@_mean(readings + 32, 4);
+    for (i = 0; i < 4; i++) {
+        float above = readings[32 + i] - @GROUND_MEAN_SHARE@f * c->inputs[21];
+        float coded = fmaf(@GROUND_GAIN@f, above, @GROUND_OFFSET@f);
+        c->inputs[17 + i] = fminf(fmaxf(coded, 0.0f), 1.0f);
+    }
     c->inputs[22] = readings[36];
     c->inputs[23] = (float)c->tick * @PER_EPISODE@f;
     c->inputs[24] = tired * tired;
@@ -195,7 +208,15 @@ static inline double @NAME@_angular(const float wheels[2])
 """
 
 
-def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1000):
+def c_header(
+    genome,
+    name,
+    max_wheel_speed,
+    motor_map='signed',
+    episode_ticks=1000,
+    infrared_response='squared',
+    ground_coding='relative',
+):
     """Return a header that defines ``NAME_controller``, ``NAME_reset`` and ``NAME_step``.
 
     It computes as `Controller` does, in the same order with the same roundings.
@@ -205,7 +226,7 @@ def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1
     genome : array_like, shape (442,)
     name : str
         A C identifier, the prefix of everything the header defines.
-    max_wheel_speed, motor_map, episode_ticks
+    max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
         See `Controller`.
 
     Raises
@@ -215,9 +236,10 @@ def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1
     """
     if not re.fullmatch(r'[a-z][a-z0-9_]*', name):
         raise ValueError(f'name is {name!r}, expected a C identifier in lower case')
-    settings = settings_column(max_wheel_speed, motor_map, episode_ticks)
+    settings = settings_column(
+        max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
+    )
     weights = weights_of(check_genomes(np.atleast_2d(genome), 'genome'))[0]
-    scale, offset = MOTOR_MAPS[motor_map]
 
     def table(first, *shape):
         return _c_table(weights[first : first + int(np.prod(shape))].reshape(shape))
@@ -232,8 +254,14 @@ def c_header(genome, name, max_wheel_speed, motor_map='printed', episode_ticks=1
         'PER_FATIGUE': _c_number(np.float32(1 / FATIGUE_TICKS)),
         'PER_RANGE': _c_number(1 / INFRARED_RANGE),
         'THIRD': _c_number(np.float32(1 / 3)),
-        'SCALE': _c_number(scale),
-        'OFFSET': _c_number(offset),
+        'SCALE': _c_number(settings[DRIVE_SCALE]),
+        'OFFSET': _c_number(settings[DRIVE_OFFSET]),
+        'RESPONSE': infrared_response,
+        'LEAST_FACTOR': _c_number(settings[LEAST_FACTOR]),
+        'CODING': ground_coding,
+        'GROUND_GAIN': _c_number(settings[GROUND_GAIN]),
+        'GROUND_MEAN_SHARE': _c_number(settings[GROUND_MEAN_SHARE]),
+        'GROUND_OFFSET': _c_number(settings[GROUND_OFFSET]),
         'TICKS': str(episode_ticks),
         'RANGE': _c_number(INFRARED_RANGE),
         'RADIUS': _c_number(WHEEL_RADIUS),

@@ -9,6 +9,10 @@ from neuro_controller.core.network import (
     DRIVE_OFFSET,
     DRIVE_SCALE,
     FATIGUE_TICKS,
+    GROUND_GAIN,
+    GROUND_MEAN_SHARE,
+    GROUND_OFFSET,
+    LEAST_FACTOR,
     MAX_SPEED,
     MEMORY_ROWS,
     MOTORS,
@@ -20,9 +24,18 @@ from neuro_controller.core.network import (
 )
 from simd_lanes import aligned_rows, compile_kernel
 
-MOTOR_MAPS = {'printed': (1.0, 0.0), 'signed': (2.0, -1.0)}
-"""How the motor neuron rm becomes a drive, scale * rm + offset: as equations 3 and 4 print it,
-where a robot cannot back up, or with 2 rm - 1 in place of rm, where it can."""
+MOTOR_MAPS = {'signed': (2.0, -1.0), 'printed': (1.0, 0.0)}
+"""How the motor neuron rm becomes a drive, scale * rm + offset: with 2 rm - 1 in place of rm,
+where a robot can back up (FARSA), or as equations 3 and 4 print it, where it cannot."""
+
+INFRARED_RESPONSES = {'squared': 0.0, 'linear': 1.0}
+"""How an infrared distance d becomes an activation, a max(a, least factor) with a = 1 - d/range:
+a^2 (the authors' sampled tables), or a."""
+
+GROUND_CODINGS = {'relative': (10.0, 1.0, 0.5), 'raw': (1.0, 0.0, 0.0)}
+"""How a ground sensor's darkness g becomes a neuron, offset + gain (g - share * mean) kept in
+0..1, as gain, share and offset: 0.5 + 10 (g - mean), which tells directions (the authors' later
+code), or g. The fifth neuron is the mean of the readings in both."""
 
 MAX_WHEEL_SPEED = 30.0
 """Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of
@@ -39,7 +52,19 @@ def _control(readings, weights, settings, memory, history, slot, inputs, wheels)
     control(readings, weights, settings, memory, history, slot, inputs, wheels)
 
 
-def settings_column(max_wheel_speed, motor_map='printed', episode_ticks=1000):
+def _look_up(name, value, known):
+    if value not in known:
+        raise ValueError(f'{name} is {value!r}, expected one of {", ".join(known)}')
+    return known[value]
+
+
+def settings_column(
+    max_wheel_speed,
+    motor_map='signed',
+    episode_ticks=1000,
+    infrared_response='squared',
+    ground_coding='relative',
+):
     """Return one robot's column of the `settings` array, float32 of shape (SETTING_ROWS,).
 
     Raises
@@ -52,8 +77,6 @@ def settings_column(max_wheel_speed, motor_map='printed', episode_ticks=1000):
             f'max_wheel_speed is {max_wheel_speed}, '
             f'expected rad/s above 0 and up to {MAX_WHEEL_SPEED:g}'
         )
-    if motor_map not in MOTOR_MAPS:
-        raise ValueError(f'motor_map is {motor_map!r}, expected one of {", ".join(MOTOR_MAPS)}')
     if not 1 <= episode_ticks < math.inf:
         raise ValueError(
             f'episode_ticks is {episode_ticks}, expected a number of ticks of at least 1'
@@ -62,7 +85,11 @@ def settings_column(max_wheel_speed, motor_map='printed', episode_ticks=1000):
     column[MAX_SPEED] = max_wheel_speed
     column[PER_MAX_SPEED] = 1.0 / max_wheel_speed
     column[PER_EPISODE] = 1.0 / episode_ticks
-    column[DRIVE_SCALE], column[DRIVE_OFFSET] = MOTOR_MAPS[motor_map]
+    column[DRIVE_SCALE], column[DRIVE_OFFSET] = _look_up('motor_map', motor_map, MOTOR_MAPS)
+    column[LEAST_FACTOR] = _look_up('infrared_response', infrared_response, INFRARED_RESPONSES)
+    column[GROUND_GAIN], column[GROUND_MEAN_SHARE], column[GROUND_OFFSET] = _look_up(
+        'ground_coding', ground_coding, GROUND_CODINGS
+    )
     return column
 
 
@@ -79,6 +106,10 @@ class Controller:
         One of `MOTOR_MAPS`.
     episode_ticks : int
         Ticks after which the clock neuron reads 1.
+    infrared_response : str
+        One of `INFRARED_RESPONSES`.
+    ground_coding : str
+        One of `GROUND_CODINGS`.
 
     Raises
     ------
@@ -86,9 +117,20 @@ class Controller:
         If one of them is out of its range, in one sentence.
     """
 
-    def __init__(self, genome, max_wheel_speed, motor_map='printed', episode_ticks=1000):
+    def __init__(
+        self,
+        genome,
+        max_wheel_speed,
+        motor_map='signed',
+        episode_ticks=1000,
+        infrared_response='squared',
+        ground_coding='relative',
+    ):
+        settings = settings_column(
+            max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
+        )
         self._settings = aligned_rows(SETTING_ROWS)
-        self._settings[:] = settings_column(max_wheel_speed, motor_map, episode_ticks)[:, None]
+        self._settings[:] = settings[:, None]
         self._weights = aligned_rows(GENES)
         self._weights[:] = weights_of(check_genomes(np.atleast_2d(genome), 'genome')[:1]).T
         self._readings = aligned_rows(37)

@@ -4,8 +4,7 @@ Rows of the arrays, each float32 of shape (rows, 16):
 
 * `weights`: the genome, with the leaks as `genome.weights_of` gives them;
 * `inputs`: the 25 sensory neurons, 0..1: 8 infrared groups, 8 camera sectors, their mean, 4 ground
-sensors, their
-  mean, collision, clock, fatigue;
+  sensors, the mean of their readings, collision, clock, fatigue;
 * `memory`: 10 hidden neurons, the 2 motor neurons of the last tick, the sum of the recent speeds,
 the ticks passed,
   the recurrent input of the next tick (that of the first tick, with hidden neurons at 0, is the
@@ -27,7 +26,7 @@ from neuro_controller.core.genome import (
     SENSOR_TO_OUTPUT,
     SENSORS,
 )
-from simd_lanes import absolute, fma, load, logistic, maximum, select, splat, store
+from simd_lanes import absolute, fma, load, logistic, maximum, minimum, select, splat, store
 
 INFRARED_GROUPS, GROUP = 8, 3
 INFRARED_READINGS, CAMERA_READINGS, GROUND_READINGS, TOUCH_READING = 0, 24, 32, 36
@@ -50,8 +49,18 @@ MEMORY_ROWS = RECALL + HIDDEN
 FATIGUE_TICKS = 200
 """Length of the fatigue window: 20 s (paper eq. 1)."""
 
-MAX_SPEED, PER_MAX_SPEED, PER_EPISODE, DRIVE_SCALE, DRIVE_OFFSET = range(5)
-SETTING_ROWS = 5
+(
+    MAX_SPEED,
+    PER_MAX_SPEED,
+    PER_EPISODE,
+    DRIVE_SCALE,
+    DRIVE_OFFSET,
+    LEAST_FACTOR,
+    GROUND_GAIN,
+    GROUND_MEAN_SHARE,
+    GROUND_OFFSET,
+) = range(9)
+SETTING_ROWS = 9
 
 LEFT, RIGHT = range(2)
 
@@ -63,15 +72,18 @@ _EFFORT_GRID = 128.0
 @numba.njit(forceinline=True)
 def perceive(readings, memory, settings, inputs):
     """Fill the sensory neurons from the readings, and from the controller's clock and fatigue."""
+    least_factor = load(settings, LEAST_FACTOR)
     for group in range(INFRARED_GROUPS):
-        total = _activation(readings, GROUP * group)
-        total = total + _activation(readings, GROUP * group + 1)
-        total = total + _activation(readings, GROUP * group + 2)
+        total = _add_activation(0.0, readings, GROUP * group, least_factor)
+        total = _add_activation(total, readings, GROUP * group + 1, least_factor)
+        total = _add_activation(total, readings, GROUP * group + 2, least_factor)
         store(inputs, group, total * (1.0 / GROUP))
     ahead_and_left = _copy_four(readings, CAMERA_READINGS, inputs, CAMERA_INPUTS)
     behind_and_right = _copy_four(readings, CAMERA_READINGS + 4, inputs, CAMERA_INPUTS + 4)
     store(inputs, CAMERA_MEAN, (ahead_and_left + behind_and_right) * 0.125)
-    store(inputs, GROUND_MEAN, _copy_four(readings, GROUND_READINGS, inputs, GROUND_INPUTS) * 0.25)
+    mean = _copy_four(readings, GROUND_READINGS, inputs, GROUND_INPUTS) * 0.25
+    store(inputs, GROUND_MEAN, mean)
+    _code_ground(mean, settings, inputs)
     store(inputs, COLLISION, load(readings, TOUCH_READING))
     store(inputs, CLOCK, load(memory, TICKS) * load(settings, PER_EPISODE))
     mean_speed = load(memory, SPEED_SUM) * (1.0 / FATIGUE_TICKS)
@@ -79,8 +91,21 @@ def perceive(readings, memory, settings, inputs):
 
 
 @numba.njit(forceinline=True)
-def _activation(readings, ray):
-    return maximum(fma(load(readings, INFRARED_READINGS + ray), -1.0 / INFRARED_RANGE, 1.0), 0.0)
+def _add_activation(total, readings, ray, least_factor):
+    """Add a max(a, least factor) with a = 1 - d/range: its square, or itself where that is 1."""
+    near = fma(load(readings, INFRARED_READINGS + ray), -1.0 / INFRARED_RANGE, 1.0)
+    near = maximum(near, 0.0)
+    return fma(near, maximum(near, least_factor), total)
+
+
+@numba.njit(forceinline=True)
+def _code_ground(mean, settings, inputs):
+    """Make offset + gain (g - share mean), kept in 0..1, of each ground sensor's darkness g."""
+    gain, offset = load(settings, GROUND_GAIN), load(settings, GROUND_OFFSET)
+    base = load(settings, GROUND_MEAN_SHARE) * mean
+    for sensor in range(GROUND_INPUTS, GROUND_MEAN):
+        coded = fma(gain, load(inputs, sensor) - base, offset)
+        store(inputs, sensor, minimum(maximum(coded, 0.0), 1.0))
 
 
 @numba.njit(forceinline=True)

@@ -11,6 +11,9 @@ from neuro_controller.core.controller import settings_column
 PREDATOR_SPEEDS = {'open': 8.5, 'obstacle': 10.0}
 """Highest wheel speed of predators, rad/s, in runs that left it to the paper (A1, section 5)."""
 
+_FIRST = {'infrared_response': 'linear', 'ground_coding': 'raw'}
+"""What robots had in runs that do not say, from before there was a choice."""
+
 
 @dataclass(frozen=True)
 class Origin:
@@ -71,6 +74,7 @@ class Origin:
         return {
             'max_wheel_speed': float(speed),
             **{name: self.configuration[name] for name in ('motor_map', 'episode_ticks')},
+            **{name: self.configuration.get(name, usual) for name, usual in _FIRST.items()},
         }
 
     def __str__(self):

@@ -26,7 +26,7 @@ class Lanes:
     def __init__(self, environment, bodies=None, wheels=None):
         settings = aligned_rows(SETTING_ROWS)
         for robot, speed in enumerate(environment.max_wheel_speeds):
-            column = settings_column(speed, environment.motor_map, environment.episode_ticks)
+            column = settings_column(speed, **environment.network_settings)
             settings[:, robot * HALF : robot * HALF + HALF] = column[:, None]
         self.episode = np.full(HALF, IDLE, dtype=np.int64)
         self.rows = Rows(

@@ -60,7 +60,7 @@ def trace_pair(predator, prey, environment=Environment()):
     world.reset(robots.starts(opponents))
     robots.begin(opponents)
     controllers = [
-        Controller(genome, speed, environment.motor_map, environment.episode_ticks)
+        Controller(genome, speed, **environment.network_settings)
         for genome, speed in zip((predator, prey), environment.max_wheel_speeds, strict=True)
     ]
     poses = [world.poses]

@@ -38,6 +38,14 @@ PHASE_COLUMNS = (
     'episodes', 'ticks',
 )  # fmt: skip
 _LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
+_BEFORE_WORLDS = {
+    'world': 'faithful',
+    'wall_contact': 'slide',
+    'infrared_response': 'linear',
+    'ground_coding': 'raw',
+}
+"""What a run.json that does not say so was run with: it was written before there was a choice."""
+
 _PACKAGES = ('numpy', 'numba', 'cma')
 
 
@@ -60,7 +68,7 @@ def read_configuration(folder: Path | str) -> Configuration:
             raise ValueError(
                 f'it has format version {content["version"]}, this program reads {VERSION}'
             )
-        return load_configuration(content['configuration'])
+        return load_configuration({**_BEFORE_WORLDS, **content['configuration']})
     except (FileNotFoundError, NotADirectoryError):
         raise RunFolderError(f'{folder} holds no run: it has no run.json') from None
     except (OSError, ValueError, KeyError, TypeError) as error:
