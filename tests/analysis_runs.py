@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from coevo_manager.core.configuration import load_configuration
-from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution
+from coevo_manager.core.evolution import Evolution, load_configuration
+from coevo_manager.core.local_evaluator import LocalEvaluator
 
 TINY = {
     'population': 8,

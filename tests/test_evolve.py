@@ -212,7 +212,7 @@ def test_help_states_units_and_defaults(start):
     for name, field in FIELDS.items():
         option = f'--{name.replace("_", "-")} '
         (line,) = [x for x in run.stdout_text.split('\n  --') if f'--{x}'.startswith(option)]
-        assert field.metadata['unit'] in line
+        assert field.unit in line
         if field.default is not None:
             assert f'default: {field.default}' in line
 
@@ -221,17 +221,17 @@ def test_help_states_units_and_defaults(start):
     ('options', 'sentence'),
     [
         (['--population', '80', '--selected', '12'], 'power of two'),
-        (['--population', 'many'], 'whole number'),
-        (['--mutation-rate', '1.5'], 'mutation_rate must be a number from 0 to 1, got 1.5'),
-        (['--algorithm', 'none-such'], 'invalid choice'),
+        (['--population', 'many'], "evolve: population is 'many', expected a whole number from 2"),
+        (['--mutation-rate', '1.5'], 'mutation_rate is 1.5, expected a number from 0 to 1'),
+        (['--algorithm', 'best'], "algorithm is 'best', expected one of hall_of_fame"),
         (['--preset', 'slow'], 'invalid choice'),
         (['--generation', '5'], 'unrecognized arguments: --generation 5'),
-        (['--evaluators', '-1'], 'whole number from 0'),
+        (['--evaluators', '-1'], 'evaluators is -1, expected a whole number from 0'),
         (['--resume', 'nowhere'], 'holds no run'),
-        (['--resume', 'nowhere', '--out', 'x'], 'cannot be given with --resume'),
+        (['--resume', 'nowhere', '--out', 'x'], 'out is given, expected none with --resume'),
         (['--config', 'missing.yaml'], 'cannot read missing.yaml'),
-        (['--config', 'unknown.yaml'], 'unknown configuration key populaton'),
-        (['--config', 'list.yaml'], 'must hold a mapping'),
+        (['--config', 'unknown.yaml'], 'configuration key populaton is unknown'),
+        (['--config', 'list.yaml'], 'list.yaml is no mapping, expected'),
         (['--ros-args', '-r', 'nothing'], "remap rule: '-r nothing'"),
         (['--out', 'occupied'], 'occupied is not empty'),
         (['--out', 'list.yaml/run'], 'list.yaml is not a folder'),

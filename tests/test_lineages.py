@@ -7,7 +7,8 @@ import pytest
 from lineages import follow, random_lineage
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
-from coevo_manager.core.evaluation import LocalEvaluator, all_pairs
+from coevo_manager.core.evaluation import all_pairs
+from coevo_manager.core.local_evaluator import LocalEvaluator
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 

@@ -17,10 +17,9 @@ import numpy as np
 from bench_loop import measure_loop
 
 from coevo_manager.analysis.transfer.measure import ALL
-from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
-from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution
+from coevo_manager.core.evolution import Evolution, load_configuration
+from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.recording.player import lockstep_rate
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes

@@ -12,17 +12,16 @@ from pathlib import Path
 import numpy as np
 import rclpy
 
-from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import evaluate_pairs
 from coevo_manager.core.evaluation import (
     Batch,
     Evaluator,
     Lineage,
-    LocalEvaluator,
     all_pairs,
     evaluate_all,
 )
-from coevo_manager.core.evolution import Evolution, PhaseStats
+from coevo_manager.core.evolution import Evolution, PhaseStats, load_configuration
+from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.evaluators.pool import RosEvaluator
 from neuro_controller.core.genome import GENES
 

@@ -57,7 +57,8 @@ def pkg(arguments: list[str]) -> int:
             _print_executables(package)
         case _:
             raise ValueError(
-                f'pkg takes list or executables [PACKAGE], got {" ".join(arguments) or "nothing"}'
+                f'argument of pkg is {" ".join(arguments)!r}, expected list or '
+                'executables [PACKAGE]'
             )
     return 0
 
@@ -75,7 +76,7 @@ def main(arguments: list[str]) -> int:
     command, *rest = arguments
     try:
         if command not in COMMANDS:
-            raise ValueError(f'command must be one of {", ".join(COMMANDS)}, got {command!r}')
+            raise ValueError(f'command is {command!r}, expected one of {", ".join(COMMANDS)}')
         return COMMANDS[command](rest)
     except ValueError as error:
         print(f'ros2: {error}', file=sys.stderr)

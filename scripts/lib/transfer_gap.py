@@ -11,9 +11,8 @@ from coevo_manager.analysis.report.tables import write
 from coevo_manager.analysis.runs import read_run
 from coevo_manager.analysis.transfer.measure import ALL, measure_transfer
 from coevo_manager.analysis.transfer.report import draw_transfer
-from coevo_manager.core.configuration import load_configuration
-from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution
+from coevo_manager.core.evolution import Evolution, load_configuration
+from coevo_manager.core.local_evaluator import LocalEvaluator
 
 KINDS = {'perfect': {}, 'imperfect': ALL}
 NUMBERS = {

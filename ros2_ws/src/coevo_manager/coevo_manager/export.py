@@ -4,8 +4,14 @@ import os
 import sys
 from pathlib import Path
 
-from coevo_manager.episode_options import GENOME_HELP, add_environment_options, read_environment
-from coevo_manager.runs.options import Parser
+from coevo_manager.command_line import (
+    GENOME_HELP,
+    Parser,
+    add_environment_options,
+    carry_out,
+    read_environment,
+)
+from coevo_manager.core.environment import NETWORK_SETTINGS
 from neuro_controller.core.c_header import c_header
 from neuro_controller.core.champions import select_champion
 from neuro_controller.core.snapshot import SPECIES
@@ -49,11 +55,14 @@ def main(arguments=None):
         '--header', type=Path, metavar='FILE', help='C99 header with weights and step function'
     )
     parser.add_argument('--name', help='prefix of what the header defines (default: the species)')
-    add_environment_options(parser)
+    add_environment_options(
+        parser, ('environment', 'predator_speed', 'prey_speed', *NETWORK_SETTINGS)
+    )
     options = parser.parse_args(arguments)
     if options.yaml is None and options.header is None:
         parser.error('nothing to write, expected --yaml FILE, --header FILE or both')
-    try:
+
+    def write():
         environment = read_environment(options)
         genome = select_champion(options.genome, options.species).genome
         speed = environment.max_wheel_speeds[SPECIES.index(options.species)]
@@ -63,10 +72,9 @@ def main(arguments=None):
             _write(options.yaml, parameters_yaml(genome, settings))
         if options.header is not None:
             _write(options.header, header)
-    except ValueError as error:
-        print(f'export: {error}', file=sys.stderr)
-        return 2
-    return 0
+        return 0
+
+    return carry_out('export', write, ValueError)
 
 
 if __name__ == '__main__':

@@ -1,10 +1,10 @@
 """The simulator's parameters: names, defaults, checks."""
 
 import math
-from dataclasses import fields
 
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 
+from marxbot_sim.core.fields import check_choice, options_of
 from marxbot_sim.core.parameters import Arena
 from marxbot_sim.core.perturbations import Perturbations
 
@@ -50,12 +50,11 @@ class Parameters:
         for name, (default, text) in _PARAMETERS.items():
             self._declare(name, default, text, live=name == 'real_time_factor')
         for group, kind in _GROUPS.items():
-            for field in fields(kind):
-                text = f'see {kind.__name__}'
+            for name, option in options_of(kind).items():
+                unit = f', {option.unit}' if option.unit else ''
                 live = group == 'perturbations'
-                self._declare(f'{group}.{field.name}', field.default, text, live)
-        if self['at_end'] not in AT_END:
-            raise ValueError(f'at_end is {self["at_end"]!r}, expected one of {", ".join(AT_END)}')
+                self._declare(f'{group}.{name}', option.default, option.help + unit, live)
+        check_choice('at_end', self['at_end'], AT_END)
         if self['episode_ticks'] < 0:
             raise ValueError(f'episode_ticks is {self["episode_ticks"]}, expected 0 or more')
         for name in _POSITIVE:
@@ -72,7 +71,7 @@ class Parameters:
     def group(self, name, changes=None):
         """Return the object that a group of parameters, 'arena' or 'perturbations', describes."""
         kind = _GROUPS[name]
-        values = {field.name: self[f'{name}.{field.name}'] for field in fields(kind)}
+        values = {field: self[f'{name}.{field}'] for field in options_of(kind)}
         return kind(**values | (changes or {}))
 
     def _on_set(self, parameters):

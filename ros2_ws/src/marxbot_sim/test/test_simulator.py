@@ -349,7 +349,7 @@ def test_it_lives_on_after_all_that(fast, client):
     ('parameter', 'sentence'),
     [
         ('physics:=magic', "physics is 'magic', expected one of kinematic, pymunk"),
-        ('arena.size:=0.2', 'arena size is 0.2'),
+        ('arena.size:=0.2', 'size is 0.2'),
         ('real_time_factor:=0.0', 'real_time_factor is 0.0, expected a finite number above 0'),
         ('perturbations.command_loss:=1.5', 'command_loss is 1.5'),
         ('lockstep:=maybe', 'lockstep'),

@@ -14,7 +14,7 @@ from rclpy.executors import Executor
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
-from node_runner.start import start_ros
+from node_runner.start import complain, start_ros
 
 SPIN_TIMEOUT = 0.1
 """Longest wait of one turn of the loop, s: a signal is honoured within this time."""
@@ -66,7 +66,8 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
     int
         Exit code: 0 after a signal, 2 after bad input, 1 after a failure, else that of `work`.
     """
-    start_ros(sys.argv if args is None else args)
+    command_line = sys.argv if args is None else args
+    start_ros(command_line)
     for number in _SIGNALS:
         signal.signal(number, lambda *_: stop_requested.set())
     try:
@@ -74,10 +75,10 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return 0
     except (ValueError, ParameterException) as error:
-        print(f'error: {error}', file=sys.stderr)
+        complain(command_line, error)
         return 2
     except (RuntimeError, TimeoutError) as error:
-        print(f'error: {error}', file=sys.stderr)
+        complain(command_line, error)
         return 1
     finally:
         rclpy.try_shutdown()

@@ -15,21 +15,25 @@ from rclpy.utilities import remove_ros_args
 
 def own_arguments(command_line: Sequence[str]) -> list[str]:
     """Return the arguments that are not for ROS; bad ROS arguments exit with code 2."""
-    with _refusing(command_line[0]):
+    with _refusing(command_line):
         return remove_ros_args(command_line)[1:]
 
 
 def start_ros(command_line: Sequence[str]) -> None:
     """Initialise rclpy, leaving the signals alone; bad ROS arguments exit with code 2."""
-    with _refusing(command_line[0]):
+    with _refusing(command_line):
         rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
 
 
+def complain(command_line: Sequence[str], error: object) -> None:
+    """Print on stderr what went wrong, after the name of the program."""
+    print(f'{Path(command_line[0]).stem}: {error}', file=sys.stderr)
+
+
 @contextlib.contextmanager
-def _refusing(program: str) -> Iterator[None]:
+def _refusing(command_line: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except (_rclpy.RCLError, _rclpy.UnknownROSArgsError) as error:
-        sentence = ' '.join(str(error).split(', at ')[0].split())
-        print(f'{Path(program).stem}: {sentence}', file=sys.stderr)
+        complain(command_line, ' '.join(str(error).split(', at ')[0].split()))
         sys.exit(2)

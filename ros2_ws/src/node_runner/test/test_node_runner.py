@@ -18,7 +18,7 @@ from rclpy.node import Node
 def work():
     {body}
 
-sys.exit(run_ros(work))
+sys.exit(run_ros(work, ['work', *sys.argv[1:]]))
 """
 
 
@@ -30,12 +30,12 @@ def program(body):
     ('body', 'code', 'sentence'),
     [
         ('return 0', 0, ''),
-        ("raise ValueError('x is 1, expected 2')", 2, 'error: x is 1, expected 2'),
-        ("raise RuntimeError('it broke')", 1, 'error: it broke'),
+        ("raise ValueError('x is 1, expected 2')", 2, 'work: x is 1, expected 2'),
+        ("raise RuntimeError('it broke')", 1, 'work: it broke'),
         (
             "wait_until(make_executor(Node('n')), lambda: False, 0.2, 'rain')",
             1,
-            'error: rain did not happen within 0.2 s',
+            'work: rain did not happen within 0.2 s',
         ),
     ],
 )

@@ -220,7 +220,7 @@ def choose_generations(
     if until is not None:
         if until not in common:
             raise AnalysisError(
-                f'until is {until}: expected a generation of which every run has a snapshot'
+                f'until is {until}, expected a generation of which every run has a snapshot'
                 + (f', at most {last}' if common else '')
             )
         common = [g for g in common if g <= until]
@@ -235,7 +235,7 @@ def choose_generations(
         chosen = [g for g in common if g % every == 0]
         if len(chosen) < 2:
             raise AnalysisError(
-                f'every is {every}: expected a spacing at which the runs have snapshots, '
+                f'every is {every}, expected a spacing at which the runs have snapshots, '
                 f'such as {common[1]}'
             )
     return chosen

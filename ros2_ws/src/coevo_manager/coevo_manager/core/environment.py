@@ -1,66 +1,35 @@
 """What an episode happens in and between whom: everything but the genomes."""
 
-import math
-from dataclasses import dataclass
+from __future__ import annotations
 
-from marxbot_sim.core.parameters import (
-    PREDATOR_WHEEL_SPEED,
-    PREY_WHEEL_SPEED,
-    WALL_CONTACTS,
-    Arena,
-)
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from marxbot_sim.core.fields import Option, check_fields, described, options_of, same_as
+from marxbot_sim.core.parameters import PHYSICS, PREDATOR_WHEEL_SPEED, PREY_WHEEL_SPEED, Arena
 from marxbot_sim.core.perturbations import PERFECT, Perturbations
-from marxbot_sim.core.physics import PHYSICS
-from neuro_controller.core.controller import (
+from neuro_controller.core.settings import (
     GROUND_CODINGS,
     INFRARED_RESPONSES,
     MAX_WHEEL_SPEED,
     MOTOR_MAPS,
 )
 
-MAX_EPISODE_TICKS = 1_000_000
+NETWORK_SETTINGS = ('motor_map', 'episode_ticks', 'infrared_response', 'ground_coding')
+"""The fields of an environment that set the controllers, all but their highest wheel speeds."""
 
-_CHOICES = {
-    'motor_map': MOTOR_MAPS,
-    'wall_contact': WALL_CONTACTS,
-    'infrared_response': INFRARED_RESPONSES,
-    'ground_coding': GROUND_CODINGS,
-    'physics': PHYSICS,
-}
+_ARENA = options_of(Arena)
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Environment:
     """The conditions of an episode; the defaults are the world `faithful`, see `worlds.WORLDS`.
 
-    Attributes
-    ----------
-    obstacle : bool
-        Whether a cylinder stands at the centre of the arena (paper section 5).
-    motor_map : str
-        'signed' (2 rm - 1 in place of rm) or 'printed' (equations 3 and 4 as printed).
-    predator_speed : float
-        Highest wheel speed of the predator, rad/s, up to 30; None is the paper's: 8.5, or 10 with
-        the obstacle.
-    prey_speed : float
-        Highest wheel speed of the prey, rad/s, up to 30.
-    episode_ticks : int
-        Length of an episode, ticks of 0.1 s, 1 to 1,000,000.
-    wall_friction : float
-        Coulomb coefficient at walls and obstacle, at least 0.
-    wall_contact : str
-        What contact with walls and obstacle does: 'rigid' (slide against friction and turn toward
-        the wall), 'slide' (never turn) or 'undo' (the whole move).
-    infrared_response : str
-        'squared', (1 - d/range)^2, or 'linear', 1 - d/range.
-    ground_coding : str
-        'relative', 0.5 + 10 (g - mean) kept in 0..1, or 'raw', g.
-    physics : str
-        'kinematic' (exact motion, compiled) or 'pymunk' (rigid bodies, far slower).
-    perturbations : Perturbations
-        How far the robots are from perfect. Each robot's random numbers depend on the seed of the
-        perturbations and on its opponent's genome: two genomes that are compared against the same
-        opponent meet the same noise and the same start (common random numbers).
+    Each field says itself what it is, in which unit and within which limits. A robot's random
+    numbers depend on the seed of the perturbations and on its opponent's genome: two genomes that
+    are compared against the same opponent meet the same noise and the same start (common random
+    numbers).
 
     Raises
     ------
@@ -68,57 +37,56 @@ class Environment:
         If a value is out of its range, in one sentence.
     """
 
-    obstacle: bool = False
-    motor_map: str = 'signed'
-    predator_speed: float | None = None
-    prey_speed: float = PREY_WHEEL_SPEED
-    episode_ticks: int = 1000
-    wall_friction: float = 0.5
-    wall_contact: str = 'rigid'
-    infrared_response: str = 'squared'
-    ground_coding: str = 'relative'
-    physics: str = 'kinematic'
+    obstacle: bool = same_as(_ARENA['obstacle'])
+    motor_map: str = described(
+        'signed',
+        'motor equations 3 and 4 signed (2 rm - 1 in place of rm), so that robots can drive '
+        'backwards, or as printed',
+        choices=MOTOR_MAPS,
+    )
+    predator_speed: float | None = described(
+        None,
+        'fastest wheel of a predator; not given: 8.5 in the open arena, 10 with the obstacle',
+        'rad/s',
+        above=0.0,
+        maximum=MAX_WHEEL_SPEED,
+    )
+    prey_speed: float = described(
+        PREY_WHEEL_SPEED, 'fastest wheel of a prey', 'rad/s', above=0.0, maximum=MAX_WHEEL_SPEED
+    )
+    episode_ticks: int = described(
+        1000, 'length of an episode', 'ticks of 0.1 s', minimum=1, maximum=1_000_000
+    )
+    wall_friction: float = same_as(_ARENA['wall_friction'])
+    wall_contact: str = same_as(_ARENA['wall_contact'])
+    infrared_response: str = described(
+        'squared',
+        'infrared activation, (1 - d/range) squared or linear',
+        choices=INFRARED_RESPONSES,
+    )
+    ground_coding: str = described(
+        'relative',
+        'ground neurons relative to their mean, 0.5 + 10 (g - mean) kept in 0..1, which tells '
+        'directions, or raw darkness g',
+        choices=GROUND_CODINGS,
+    )
+    physics: str = described(
+        'kinematic',
+        'exact motion, compiled; or rigid bodies, some hundred times slower',
+        choices=PHYSICS,
+    )
     perturbations: Perturbations = PERFECT
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
+        check_fields(self)
         if self.predator_speed is None:
-            object.__setattr__(self, 'predator_speed', PREDATOR_WHEEL_SPEED[bool(self.obstacle)])
-        if not isinstance(self.obstacle, bool):
-            raise ValueError(f'obstacle is {self.obstacle!r}, expected True or False')
-        for name, choices in _CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise ValueError(
-                    f'{name} is {getattr(self, name)!r}, expected one of {", ".join(choices)}'
-                )
-        for name in ('predator_speed', 'prey_speed'):
-            _check(
-                name,
-                getattr(self, name),
-                'rad/s above 0 and up to 30',
-                lambda v: 0.0 < v <= MAX_WHEEL_SPEED,
-            )
-        ticks = self.episode_ticks
-        if (
-            isinstance(ticks, bool)
-            or not isinstance(ticks, int)
-            or not 1 <= ticks <= MAX_EPISODE_TICKS
-        ):
-            raise ValueError(
-                f'episode_ticks is {ticks!r}, '
-                f'expected a whole number from 1 to {MAX_EPISODE_TICKS}'
-            )
-        _check(
-            'wall_friction',
-            self.wall_friction,
-            'a number of at least 0',
-            lambda v: 0.0 <= v < math.inf,
-        )
+            object.__setattr__(self, 'predator_speed', PREDATOR_WHEEL_SPEED[self.obstacle])
         if not isinstance(self.perturbations, Perturbations):
             raise ValueError(f'perturbations is {self.perturbations!r}, expected Perturbations')
 
     @property
-    def arena(self):
-        """The arena, a `marxbot_sim.core.parameters.Arena`."""
+    def arena(self) -> Arena:
+        """The arena of the episode."""
         return Arena(
             obstacle=self.obstacle,
             wall_friction=self.wall_friction,
@@ -126,21 +94,59 @@ class Environment:
         )
 
     @property
-    def network_settings(self):
+    def network_settings(self) -> dict[str, Any]:
         """What every controller is set to, arguments of `neuro_controller`'s by name."""
-        return {
-            'motor_map': self.motor_map,
-            'episode_ticks': self.episode_ticks,
-            'infrared_response': self.infrared_response,
-            'ground_coding': self.ground_coding,
-        }
+        return {name: getattr(self, name) for name in NETWORK_SETTINGS}
 
     @property
-    def max_wheel_speeds(self):
+    def max_wheel_speeds(self) -> tuple[float, float]:
         """Highest wheel speeds of predator and prey, rad/s."""
+        assert self.predator_speed is not None
         return self.predator_speed, self.prey_speed
 
 
-def _check(name, value, expected, holds):
-    if isinstance(value, bool) or not isinstance(value, int | float) or not holds(value):
-        raise ValueError(f'{name} is {value!r}, expected {expected}')
+_PLAIN = {name: option for name, option in options_of(Environment).items() if name != 'obstacle'}
+_RENAMED = {'robots': 'perturbed_robots', 'seed': 'perturbation_seed'}
+_PERTURBATIONS = {
+    name: dataclasses.replace(option, name=_RENAMED.get(name, name))
+    for name, option in options_of(Perturbations).items()
+}
+
+
+_PLACE = Option(
+    'environment',
+    str,
+    'open',
+    'the arena: empty, or with the central cylinder',
+    choices=('open', 'obstacle'),
+)
+
+OPTIONS: dict[str, Option] = {
+    option.name: option for option in (_PLACE, *_PLAIN.values(), *_PERTURBATIONS.values())
+}
+"""How configurations and command lines describe an environment, by name: one flat list, where
+`environment` stands for the obstacle, and the perturbations' `robots` and `seed` have names that
+can stand alone."""
+
+
+def make_environment(values: Mapping[str, Any]) -> Environment:
+    """Return the environment that values of `OPTIONS`, by name, describe; others are left out.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of its range, in one sentence.
+    """
+    checked = {
+        name: option.check(values[name]) for name, option in OPTIONS.items() if name in values
+    }
+    perturbations = {
+        name: checked[option.name]
+        for name, option in _PERTURBATIONS.items()
+        if option.name in checked
+    }
+    return Environment(
+        obstacle=checked.get('environment') == 'obstacle',
+        perturbations=Perturbations(**perturbations),
+        **{name: checked[name] for name in _PLAIN.keys() & checked.keys()},
+    )

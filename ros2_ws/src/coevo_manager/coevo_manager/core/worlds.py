@@ -1,6 +1,9 @@
-"""Named worlds: which settings of a configuration make them."""
+"""Named worlds: which settings of an environment make them."""
 
 import math
+from typing import Any
+
+from marxbot_sim.core.fields import Option
 
 _FAITHFUL = {
     'motor_map': 'signed',
@@ -10,7 +13,7 @@ _FAITHFUL = {
 }
 _VARIED = {**_FAITHFUL, 'start_displacement': 0.3, 'start_rotation': math.pi}
 
-WORLDS = {
+WORLDS: dict[str, dict[str, Any]] = {
     'faithful': _FAITHFUL,
     'varied': _VARIED,
     'robust': {
@@ -21,7 +24,7 @@ WORLDS = {
         'motor_noise': 0.05,
     },
 }
-"""What each world sets, by the names of a `Configuration`; all else keeps its default.
+"""What each world sets, by the names of `environment.OPTIONS`; all else keeps its default.
 
 * ``faithful``: the authors' world, as far as it is known: signed motors, rigid walls, squared
   infrared, relative ground; perfect robots that always start at the same places.
@@ -30,3 +33,12 @@ WORLDS = {
 * ``robust``: ``varied`` with noise on camera, infrared (m), ground and motors, this project's
   choice too: what evolves in it survives on robots.
 """
+
+WORLD = Option(
+    'world',
+    str,
+    'faithful',
+    "named world from which the settings of the environment start: the authors' (perfect robots, "
+    'one start), with varied starts, or with noise too',
+    choices=tuple(WORLDS),
+)

@@ -2,7 +2,8 @@
 
 import sys
 
-from coevo_manager.episode_options import (
+from coevo_manager.command_line import (
+    Parser,
     add_environment_options,
     add_genome_options,
     new_path,
@@ -11,7 +12,6 @@ from coevo_manager.episode_options import (
 )
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.player import EpisodePlayer
-from coevo_manager.runs.options import Parser
 from node_runner import own_arguments, run_ros
 
 

@@ -8,10 +8,10 @@ import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.highlevel import AnyReader, AnyReaderError
 
-from coevo_manager.episode_options import new_path
+from coevo_manager.command_line import Parser, add_option, new_path, refuse
 from coevo_manager.recording.message_types import make_typestore, message_class
 from coevo_manager.recording.recorder import GROUND_TRUTH, STATE
-from coevo_manager.runs.options import Parser
+from marxbot_sim.core.fields import Option
 from node_runner import make_executor, own_arguments, run_ros, stop_requested
 
 
@@ -123,16 +123,12 @@ def main(arguments=None):
         description='Plays a bag of an episode back on its topics, /clock included, or draws it.',
     )
     parser.add_argument('bag', type=Path, metavar='BAG')
-    parser.add_argument(
-        '--rate', type=float, default=1.0, help='pace, times real time (default: 1)'
-    )
+    add_option(parser, Option('rate', float, 1.0, 'pace, times real time', above=0.0))
     parser.add_argument(
         '--png', type=new_path, metavar='FILE', help='draw the trajectories instead'
     )
     parser.add_argument('--gif', type=new_path, metavar='FILE', help='draw an animation instead')
     options = parser.parse_args(own_arguments(command_line))
-    if not 0 < options.rate < float('inf'):
-        parser.error(f'argument --rate: is {options.rate}, expected a finite number above 0')
     if options.png is None and options.gif is None:
 
         def work():
@@ -144,8 +140,7 @@ def main(arguments=None):
         with Bag(options.bag) as bag:
             track = bag.track()
     except ValueError as error:
-        print(f'replay: {error}', file=sys.stderr)
-        return 2
+        return refuse('replay', error)
     from coevo_manager.recording.drawing import draw_animation, draw_trajectories
 
     if options.png is not None:

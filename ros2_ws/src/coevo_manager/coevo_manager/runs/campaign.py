@@ -1,6 +1,5 @@
 """`coevo_manager campaign`: many runs, conditions x environments x seeds, over Dask."""
 
-import argparse
 import os
 import sys
 from pathlib import Path
@@ -8,11 +7,13 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from coevo_manager.command_line import Parser, carry_out
 
-def make_parser() -> argparse.ArgumentParser:
+
+def make_parser() -> Parser:
     """The command line."""
-    parser = argparse.ArgumentParser(
-        prog='coevo_manager campaign',
+    parser = Parser(
+        prog='campaign',
         description='Run evolution for every condition, environment and seed of a campaign file. '
         'Finished runs are skipped, interrupted ones continue, failed ones are tried again.',
     )
@@ -35,7 +36,8 @@ def main(argv=None) -> int:
     from coevo_manager.runs.jobs import CampaignError, execute, read_campaign
 
     console = Console(stderr=True)
-    try:
+
+    def work() -> int:
         campaign = read_campaign(arguments.file)
         client = (
             Client(arguments.dask, timeout='30s')
@@ -48,11 +50,7 @@ def main(argv=None) -> int:
                 silence_logs='CRITICAL',
             )
         )
-    except (CampaignError, OSError) as error:
-        print(f'coevo_manager campaign: {error}', file=sys.stderr)
-        return 2
-    columns = (TextColumn('Runs'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    try:
+        columns = (TextColumn('Runs'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
         with client, Progress(*columns, console=console) as progress:
             task = progress.add_task('runs', total=len(campaign.jobs))
 
@@ -61,14 +59,16 @@ def main(argv=None) -> int:
                 progress.console.print(f'{job.folder.name}: {error or "finished"}', markup=False)
 
             table = execute(campaign, client, done)
-    except KeyboardInterrupt:
-        print('coevo_manager campaign: interrupted; the same command continues', file=sys.stderr)
-        return 130
-    failed = int((table['state'] == 'failed').sum())
-    print(
-        f'{len(table) - failed} of {len(table)} runs finished, see {campaign.out / "campaign.csv"}'
+        failed = int((table['state'] == 'failed').sum())
+        print(
+            f'{len(table) - failed} of {len(table)} runs finished, '
+            f'see {campaign.out / "campaign.csv"}'
+        )
+        return 1 if failed else 0
+
+    return carry_out(
+        'campaign', work, (CampaignError, OSError), 'interrupted; the same command continues'
     )
-    return 1 if failed else 0
 
 
 if __name__ == '__main__':

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import rclpy
 
+from coevo_manager.command_line import refuse
 from coevo_manager.core.evolution import RunFolderError
 from coevo_manager.evaluators.pool import EvaluationError
 from coevo_manager.runs.display import make_display
@@ -30,8 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = read_options(own_arguments(command_line))
         plan = make_plan(options.values, options.preset, options.out, options.resume)
     except (ValueError, RunFolderError) as error:
-        print(f'evolve: {error}', file=sys.stderr)
-        return 2
+        return refuse('evolve', error)
     # Events are shown by the display; rosout and the log file get them as well.
     start_ros([*command_line, '--ros-args', '--disable-stdout-logs'])
     try:
@@ -57,8 +57,7 @@ def _evolve(plan: Plan, options: Options) -> int:
             display.event(f'evolving into {plan.folder}')
             outcome = run.run()
     except EvaluationError as error:
-        print(f'evolve: {error}', file=sys.stderr)
-        return 2
+        return refuse('evolve', error)
     except RunFolderError as error:
         print(f'evolve: {error}', file=sys.stderr)
         return 1

@@ -13,11 +13,15 @@ from coevo_manager.core.configuration import (
     FIELDS,
     Configuration,
     differences,
-    load_configuration,
 )
-from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution, RunFolderError, read_configuration
+from coevo_manager.core.evolution import (
+    Evolution,
+    RunFolderError,
+    load_configuration,
+    read_configuration,
+)
 from coevo_manager.core.evolution.files import write_whole
+from coevo_manager.core.local_evaluator import LocalEvaluator
 
 KEYS = ('out', 'preset', 'configuration', 'conditions', 'environments', 'seeds', 'retries')
 
@@ -83,16 +87,18 @@ def read_campaign(path: Path) -> Campaign:
     content = _mapping(path, 'the file', content)
     for key in content:
         if key not in KEYS:
-            raise CampaignError(f'{path}: unknown key {key!r}; known are {", ".join(KEYS)}')
+            raise CampaignError(
+                f'{path}: key {key!r} is unknown, expected some of {", ".join(KEYS)}'
+            )
     for key in ('out', 'seeds'):
         if key not in content:
             raise CampaignError(f'{path}: {key} is missing')
     if not isinstance(content['out'], str):
-        raise CampaignError(f'{path}: out is {content["out"]!r}: expected a folder')
+        raise CampaignError(f'{path}: out is {content["out"]!r}, expected a folder')
     retries = content.get('retries', 1)
     if not isinstance(retries, int) or isinstance(retries, bool) or retries < 0:
         raise CampaignError(
-            f'{path}: retries is {retries!r}: expected a whole number of at least 0'
+            f'{path}: retries is {retries!r}, expected a whole number of at least 0'
         )
     out = path.parent / content['out']
     jobs = list(_jobs(path, content, out))
@@ -108,7 +114,7 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
     seeds = content['seeds']
     if not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) != len(seeds):
         raise CampaignError(
-            f'{path}: seeds is {seeds!r}: expected a list of different whole numbers'
+            f'{path}: seeds is {seeds!r}, expected a list of different whole numbers'
         )
     if 'seed' in shared:
         raise CampaignError(f'{path}: configuration.seed: seeds belong into seeds')
@@ -134,10 +140,12 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
     for name, values in given.items():
         for inner in _mapping(path, f'{key}.{name}', values):
             if inner not in FIELDS:
-                raise CampaignError(f'{path}: {key}.{name} has the unknown key {inner!r}')
+                raise CampaignError(
+                    f'{path}: {key}.{name}.{inner} is unknown, expected keys of the configuration'
+                )
         if not name or not all(letter.isalnum() or letter in '_.+' for letter in name):
             raise CampaignError(
-                f'{path}: {key} has the name {name!r}: expected letters, digits, _ . +'
+                f'{path}: {key} has the name {name!r}, expected letters, digits, _ . +'
             )
     if not given:
         raise CampaignError(f'{path}: {key} is empty')
@@ -146,7 +154,7 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
 
 def _mapping(path: Path, name: str, value) -> dict:
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise CampaignError(f'{path}: {name} is {value!r}: expected names with values')
+        raise CampaignError(f'{path}: {name} is {value!r}, expected names with values')
     return value
 
 

@@ -127,13 +127,15 @@ def _tell(status: Status, goal: ServerGoalHandle, result: Evolve.Result) -> None
 def _read_goal(request: Evolve.Goal) -> Plan:
     folder = Path(request.out) if request.out else None
     if request.resume and (folder is None or request.configuration):
-        raise ValueError('a goal that resumes must name its folder, out, and no configuration')
+        raise ValueError(
+            'out is empty or configuration given, expected the folder alone in a goal that resumes'
+        )
     try:
         values: Any = yaml.safe_load(request.configuration) or {}
     except yaml.YAMLError as error:
         raise ValueError(f'configuration is not YAML: {" ".join(str(error).split())}') from None
     if not isinstance(values, dict):
-        raise ValueError(f'configuration must be a mapping, got {request.configuration!r}')
+        raise ValueError(f'configuration is {request.configuration!r}, expected a mapping')
     if request.resume:
         return make_plan({}, request.preset, None, folder)
     return make_plan(values, request.preset, folder, None)

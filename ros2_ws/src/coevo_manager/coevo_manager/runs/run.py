@@ -15,7 +15,7 @@ from typing import Any
 from coevo_msgs.msg import GenerationStats as GenerationStatsMsg
 from rclpy.node import Node
 
-from coevo_manager.core.configuration import Configuration, differences, load_configuration
+from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.evaluation import StoppedError
 from coevo_manager.core.evolution import (
     Evolution,
@@ -24,6 +24,7 @@ from coevo_manager.core.evolution import (
     PhaseStats,
     RunFolderError,
     check_new_folder,
+    load_configuration,
     read_configuration,
 )
 from coevo_manager.evaluators.pool import RosEvaluator

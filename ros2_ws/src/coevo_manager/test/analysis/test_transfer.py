@@ -19,8 +19,8 @@ from coevo_manager.analysis.transfer.measure import (
 )
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.episodes import evaluate_pairs
-from coevo_manager.core.evaluation import LocalEvaluator
 from coevo_manager.core.evolution.evolution import Evolution
+from coevo_manager.core.local_evaluator import LocalEvaluator
 from marxbot_sim.core.perturbations import Perturbations
 
 SMALL = Configuration(

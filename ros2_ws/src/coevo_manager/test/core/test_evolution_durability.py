@@ -13,9 +13,14 @@ import numpy as np
 import pytest
 from ros_processes import wait_until
 
-from coevo_manager.core.configuration import load_configuration
-from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution, PhaseStats, RunFolderError, checkpoint
+from coevo_manager.core.evolution import (
+    Evolution,
+    PhaseStats,
+    RunFolderError,
+    checkpoint,
+    load_configuration,
+)
+from coevo_manager.core.local_evaluator import LocalEvaluator
 
 VALUES = {
     'population': 16,
@@ -238,9 +243,8 @@ def test_two_processes_do_not_share_a_folder(tmp_path):
     configuration = load_configuration({**VALUES, 'phases': 100_000})
     run_in_use = Evolution(configuration, evaluator_of(configuration), folder)
     code = f"""
-from coevo_manager.core.configuration import load_configuration
-from coevo_manager.core.evaluation import LocalEvaluator
-from coevo_manager.core.evolution import Evolution
+from coevo_manager.core.local_evaluator import LocalEvaluator
+from coevo_manager.core.evolution import Evolution, load_configuration
 environment = load_configuration({VALUES}).make_environment()
 Evolution.resume({str(folder)!r}, LocalEvaluator(environment))
 """

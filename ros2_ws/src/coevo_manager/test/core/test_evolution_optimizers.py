@@ -5,8 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from coevo_manager.core.configuration import load_configuration
-from coevo_manager.core.evolution import optimizers
+from coevo_manager.core.evolution import load_configuration, optimizers
 from coevo_manager.core.evolution.mutation import BLOCK, draw_mutations
 from coevo_manager.core.evolution.optimizers.openai_es import centred_ranks
 from neuro_controller.core.genome import GENE_RANGE, GENES, random_genomes
@@ -150,7 +149,10 @@ def test_openai_es_follows_the_gradient():
 
 
 def test_unknown_optimizer_is_named():
-    with pytest.raises(ValueError, match="'annealing' is none of cma_es, one_plus_one, openai_es"):
+    with pytest.raises(
+        ValueError,
+        match="optimizer is 'annealing', expected one of cma_es, one_plus_one, openai_es",
+    ):
         optimizers.load('annealing')
 
 

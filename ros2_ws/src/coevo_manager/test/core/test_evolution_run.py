@@ -13,19 +13,20 @@ import numpy as np
 import pytest
 from lineages import follow
 
-from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import evaluate_matrix, evaluate_pairs
-from coevo_manager.core.evaluation import Lineage, LocalEvaluator
+from coevo_manager.core.evaluation import Lineage
 from coevo_manager.core.evolution import (
     Evolution,
     GenerationStats,
     PhaseStats,
     RunFolderError,
     algorithms,
+    load_configuration,
     optimizers,
     read_configuration,
 )
 from coevo_manager.core.evolution.budget import Budget
+from coevo_manager.core.local_evaluator import LocalEvaluator
 
 SMALL = {
     'population': 8,
@@ -326,7 +327,9 @@ def test_run_json_holds_every_number_and_the_versions(tmp_path):
 
 def test_another_evaluators_environment_is_refused(tmp_path):
     evaluator = LocalEvaluator(configure(environment='obstacle').make_environment())
-    with pytest.raises(ValueError, match="evaluator's environment must be that of the run"):
+    with pytest.raises(
+        ValueError, match=r"evaluator's environment is .*, expected that of the run"
+    ):
         Evolution(configure(), evaluator, tmp_path / 'run')
     assert not (tmp_path / 'run').exists()
 

@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from coevo_manager.core.configuration import load_configuration
-from coevo_manager.core.evolution import algorithms
+from coevo_manager.core.evolution import algorithms, load_configuration
 from coevo_manager.core.evolution.algorithm import Contest
 from coevo_manager.core.evolution.ranking import replacements, survivors
 from coevo_manager.core.evolution.selection import (

@@ -54,19 +54,19 @@ def test_conditions_environments_and_seeds(tmp_path):
 @pytest.mark.parametrize(
     ('content', 'expected'),
     [
-        ({'speed': 1}, "unknown key 'speed'"),
+        ({'speed': 1}, "key 'speed' is unknown"),
         ({'seeds': []}, 'seeds is []'),
         ({'seeds': [1, 1]}, 'seeds is [1, 1]'),
-        ({'seeds': ['x']}, 'seed must be a whole number'),
+        ({'seeds': ['x']}, "seed is 'x', expected a whole number"),
         ({'retries': -1}, 'retries is -1'),
         ({'out': 3}, 'out is 3'),
-        ({'conditions': {'fast': {'sped': 1}}}, "conditions.fast has the unknown key 'sped'"),
-        ({'conditions': ['magic']}, 'algorithm must be one of'),
+        ({'conditions': {'fast': {'sped': 1}}}, 'conditions.fast.sped is unknown'),
+        ({'conditions': ['magic']}, "algorithm is 'magic', expected one of"),
         ({'conditions': {'a/b': {}}}, "conditions has the name 'a/b'"),
         ({'environments': []}, 'environments is empty'),
-        ({'configuration': {'population': 1}}, 'population must be'),
+        ({'configuration': {'population': 1}}, 'population is 1, expected'),
         ({'configuration': {'seed': 1}}, 'seeds belong into seeds'),
-        ({'preset': 'huge'}, 'preset must be one of'),
+        ({'preset': 'huge'}, "preset is 'huge', expected one of"),
     ],
 )
 def test_bad_files(tmp_path, capsys, content, expected):

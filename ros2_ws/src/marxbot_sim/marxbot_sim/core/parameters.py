@@ -7,6 +7,8 @@ et al. 2014).
 import math
 from dataclasses import dataclass
 
+from marxbot_sim.core.fields import check_fields, described
+
 BODY_RADIUS = 0.085
 """Radius of the body, m (paper A1: diameter 17 cm)."""
 
@@ -61,45 +63,35 @@ PREDATOR_WHEEL_SPEED = {False: 8.5, True: 10.0}
 PREY_WHEEL_SPEED = 10.0
 """Highest wheel speed of a prey, rad/s (paper A1)."""
 
+PHYSICS = ('kinematic', 'pymunk')
+"""How bodies can move: exactly, in the compiled kernel, or as rigid bodies."""
+
 
 @dataclass(frozen=True)
 class Arena:
     """A square arena with black walls, its origin at the centre.
 
-    Attributes
-    ----------
-    size : float
-        Side of the square, m, at least 0.5.
-    obstacle : bool
-        Whether the cylinder stands at the centre.
-    wall_friction : float
-        Coulomb coefficient at walls and obstacle, >= 0: how many metres of sliding one metre
-        of stopped approach costs.
-    wall_contact : str
-        What contact with walls and obstacle does, one of `WALL_CONTACTS`.
-
     Raises
     ------
     ValueError
-        If a value is out of its range.
+        A field is out of its range, in one sentence.
     """
 
-    size: float = 3.0
-    obstacle: bool = False
-    wall_friction: float = 0.5
-    wall_contact: str = 'rigid'
+    size: float = described(3.0, 'side of the square', 'm', minimum=0.5)
+    obstacle: bool = described(False, 'whether the cylinder stands at the centre')
+    wall_friction: float = described(
+        0.5,
+        'Coulomb coefficient at walls and obstacle: how many metres of sliding one metre of '
+        'stopped approach costs',
+        minimum=0.0,
+        maximum=1e6,
+    )
+    wall_contact: str = described(
+        'rigid',
+        'contact with walls and obstacle lets a robot slide and turns it toward them, lets it '
+        'slide without turning, or undoes its move',
+        choices=WALL_CONTACTS,
+    )
 
     def __post_init__(self):
-        if not 0.5 <= self.size < math.inf:
-            raise ValueError(
-                f'arena size is {self.size}, expected a length in metres of at least 0.5'
-            )
-        if not 0.0 <= self.wall_friction < math.inf:
-            raise ValueError(
-                f'wall_friction is {self.wall_friction}, expected a number of at least 0'
-            )
-        if self.wall_contact not in WALL_CONTACTS:
-            raise ValueError(
-                f'wall_contact is {self.wall_contact!r}, '
-                f'expected one of {", ".join(WALL_CONTACTS)}'
-            )
+        check_fields(self)

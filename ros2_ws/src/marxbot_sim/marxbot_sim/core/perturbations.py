@@ -3,6 +3,8 @@
 import math
 from dataclasses import dataclass, fields
 
+from marxbot_sim.core.fields import check_fields, described
+
 ROBOTS = ('both', 'predator', 'prey')
 """Whom perturbations can affect."""
 
@@ -10,22 +12,6 @@ MAX_LATENCY_TICKS = 10
 MAX_START_DISPLACEMENT = 0.35
 """Farthest that a start may be displaced, m: the robots still stand clear of each other and of the
 obstacle."""
-
-LIMITS = {
-    'wheel_radius_scale': (0.5, 2.0),
-    'wheel_separation_scale': (0.5, 2.0),
-    'infrared_noise': (0.0, 1.0),
-    'camera_noise': (0.0, 1.0),
-    'ground_noise': (0.0, 1.0),
-    'motor_noise': (0.0, 1.0),
-    'latency_ticks': (0, MAX_LATENCY_TICKS),
-    'battery': (0.1, 1.0),
-    'command_loss': (0.0, 1.0),
-    'start_displacement': (0.0, MAX_START_DISPLACEMENT),
-    'start_rotation': (0.0, math.pi),
-    'seed': (0, 2**32 - 1),
-}
-"""Least and highest value of each number; whole numbers where these are."""
 
 
 @dataclass(frozen=True)
@@ -37,39 +23,10 @@ class Perturbations:
     episode, the robot and the tick; episodes of the same number share them, whoever plays (common
     random numbers).
 
-    Attributes
-    ----------
-    wheel_radius_scale : float
-        True radius of the wheels over the nominal one, 0.5 to 2.
-    wheel_separation_scale : float
-        True distance of the wheels over the nominal one, 0.5 to 2.
-    infrared_noise : float
-        Standard deviation of the noise on an infrared distance, m. Only what is within range is
-        disturbed; it may leave the range and so be lost, and is never negative.
-    camera_noise : float
-        Standard deviation of the noise on a camera sector's fraction; the result is kept in [0,
-        1].
-    ground_noise : float
-        Standard deviation of the noise on a ground sensor's darkness; the result is kept in [0,
-        1].
-    motor_noise : float
-        Standard deviation of a wheel's speed as a fraction of what it should be (0.05: 5 %).
-    latency_ticks : int
-        Ticks by which a wheel command takes effect late, 0 to 10; the wheels stand still until the
-        first one.
-    battery : float
-        Fraction of the highest wheel speed that the battery still gives, 0.1 to 1; slower commands
-        are carried out as they are.
-    command_loss : float
-        Probability that a tick's command is lost and the wheels keep the one before, 0 to 1.
-    start_displacement : float
-        Robots start somewhere in a disc of this radius about their place, m, 0 to 0.35.
-    start_rotation : float
-        Robots start turned by up to this angle to either side, rad, 0 to pi.
-    robots : str
-        Who is imperfect: 'both', 'predator' or 'prey'.
-    seed : int
-        Seed of everything random here, 0 to 2**32 - 1.
+    An infrared distance is disturbed only within range; it may leave the range and so be lost, and
+    is never negative. Camera and ground readings are kept in [0, 1]. With latency the wheels stand
+    still until the first command. A low battery carries slower commands out as they are; where a
+    command is lost, the wheels keep the one before.
 
     Raises
     ------
@@ -77,28 +34,62 @@ class Perturbations:
         A field is out of its range, in one sentence.
     """
 
-    wheel_radius_scale: float = 1.0
-    wheel_separation_scale: float = 1.0
-    infrared_noise: float = 0.0
-    camera_noise: float = 0.0
-    ground_noise: float = 0.0
-    motor_noise: float = 0.0
-    latency_ticks: int = 0
-    battery: float = 1.0
-    command_loss: float = 0.0
-    start_displacement: float = 0.0
-    start_rotation: float = 0.0
-    robots: str = 'both'
-    seed: int = 0
+    wheel_radius_scale: float = described(
+        1.0, 'true radius of the wheels over the nominal one', minimum=0.5, maximum=2.0
+    )
+    wheel_separation_scale: float = described(
+        1.0, 'true distance of the wheels over the nominal one', minimum=0.5, maximum=2.0
+    )
+    infrared_noise: float = described(
+        0.0, 'standard deviation of the noise on an infrared distance', 'm', 0.0, 1.0
+    )
+    camera_noise: float = described(
+        0.0,
+        "standard deviation of the noise on a camera sector's fraction",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    ground_noise: float = described(
+        0.0,
+        "standard deviation of the noise on a ground sensor's darkness",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    motor_noise: float = described(
+        0.0,
+        "standard deviation of a wheel's speed as a fraction of it",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    latency_ticks: int = described(
+        0, 'wheel commands take effect so much late', 'ticks of 0.1 s', 0, MAX_LATENCY_TICKS
+    )
+    battery: float = described(
+        1.0,
+        'share of the highest wheel speed that the battery still gives',
+        minimum=0.1,
+        maximum=1.0,
+    )
+    command_loss: float = described(
+        0.0, 'probability that a wheel command is lost', minimum=0.0, maximum=1.0
+    )
+    start_displacement: float = described(
+        0.0,
+        'robots start in a disc of this radius about their place',
+        'm',
+        0.0,
+        MAX_START_DISPLACEMENT,
+    )
+    start_rotation: float = described(
+        0.0, 'robots start turned by up to this angle to either side', 'rad', 0.0, math.pi
+    )
+    robots: str = described('both', 'who is imperfect', choices=ROBOTS)
+    seed: int = described(
+        0, 'seed of the perturbations that are random', minimum=0, maximum=2**32 - 1
+    )
 
     def __post_init__(self):
-        for name, (low, high) in LIMITS.items():
-            value, kind = getattr(self, name), 'a whole number' if type(low) is int else 'a number'
-            number = isinstance(value, int if type(low) is int else int | float)
-            if not number or isinstance(value, bool) or not low <= value <= high:
-                raise ValueError(f'{name} is {value!r}, expected {kind} from {low:g} to {high:g}')
-        if self.robots not in ROBOTS:
-            raise ValueError(f'robots is {self.robots!r}, expected one of {", ".join(ROBOTS)}')
+        check_fields(self)
 
     @property
     def active(self):

@@ -1,9 +1,8 @@
 """Choosing the physics of an arena by name."""
 
+from marxbot_sim.core.fields import check_choice
+from marxbot_sim.core.parameters import PHYSICS
 from marxbot_sim.core.world import World
-
-PHYSICS = ('kinematic', 'pymunk')
-"""Names that `make_world` knows."""
 
 
 def make_world(physics, arena):
@@ -20,10 +19,9 @@ def make_world(physics, arena):
     ValueError
         The name is none of `PHYSICS`.
     """
+    check_choice('physics', physics, PHYSICS)
     if physics == 'kinematic':
         return World(arena)
-    if physics == 'pymunk':
-        from marxbot_sim.core.pymunk_world import PymunkWorld
+    from marxbot_sim.core.pymunk_world import PymunkWorld
 
-        return PymunkWorld(arena)
-    raise ValueError(f'physics is {physics!r}, expected one of {", ".join(PHYSICS)}')
+    return PymunkWorld(arena)

@@ -18,7 +18,7 @@ def performance(tournament, species):
     The predators' is the tournament itself; the prey's is 1 minus its transpose (Fig. 3).
     """
     if species not in SPECIES:
-        raise ValueError(f'species is {species!r}: expected predator or prey')
+        raise ValueError(f'species is {species!r}, expected predator or prey')
     tournament = np.asarray(tournament, float)
     return tournament if species == 'predator' else 1.0 - np.swapaxes(tournament, -1, -2)
 

@@ -281,16 +281,15 @@ def _configuration(study: Study) -> dict:
         for each in study.conditions
     }
     rows = []
-    for name, field in FIELDS.items():
+    for name, option in FIELDS.items():
         if name == 'seed':
             continue
         found = {label: str(configuration[name]) for label, configuration in values.items()}
-        unit = field.metadata['unit']
         if len(set(found.values())) == 1:
             text = next(iter(found.values()))
         else:
             text = '; '.join(f'{label}: {value}' for label, value in found.items())
-        rows.append((name, text, unit, field.metadata['help']))
+        rows.append((name, text, option.unit, option.help))
     table = pd.DataFrame(rows, columns=['field', 'value', 'unit', 'meaning'])
     return table_view('configuration', table, 'Configuration.', 'Of every condition.')
 

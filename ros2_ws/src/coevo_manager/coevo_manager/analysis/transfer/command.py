@@ -1,23 +1,17 @@
 """`coevo_manager transfer`: champions under other physics and with imperfect robots."""
 
-import argparse
 import os
 import sys
 from pathlib import Path
 
-from coevo_manager.runs.options import Parser
-
-
-def _number(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f'expected a whole number of at least 1, got {text!r}')
-    return int(text)
+from coevo_manager.command_line import Parser, add_option, carry_out
+from marxbot_sim.core.fields import Option
 
 
 def make_parser() -> Parser:
     """Make the command line."""
     parser = Parser(
-        prog='coevo_manager transfer',
+        prog='transfer',
         description='Let the champions of runs play under the kernel they evolved in, under rigid '
         'bodies (pymunk), and with each perturbation of the robots and all of them; write '
         'transfer.csv, transfer.md, transfer.png and transfer.svg.',
@@ -31,13 +25,7 @@ def make_parser() -> Parser:
         ('draws', 5, 'draws of each perturbation that is random'),
         ('threads', os.cpu_count(), 'threads; they change no result'),
     ):
-        parser.add_argument(
-            f'--{name}',
-            type=_number,
-            default=default,
-            metavar='NUMBER',
-            help=f'{text} (default: %(default)s)',
-        )
+        add_option(parser, Option(name, int, default, text, minimum=1))
     return parser
 
 
@@ -54,7 +42,7 @@ def main(argv=None) -> int:
     from coevo_manager.analysis.transfer.report import draw_transfer, to_markdown
     from coevo_manager.core.evolution.files import write_whole
 
-    try:
+    def work() -> int:
         runs = [read_run(folder) for folder in options.runs]
         options.out.mkdir(parents=True, exist_ok=True)
         with Progress(console=Console(stderr=True), transient=True) as progress:
@@ -70,14 +58,10 @@ def main(argv=None) -> int:
         write(table, options.out / 'transfer.csv')
         write_whole(options.out / 'transfer.md', text.encode())
         save(draw_transfer(table), options.out / 'transfer')
-    except (AnalysisError, OSError) as error:
-        print(f'coevo_manager transfer: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print('coevo_manager transfer: interrupted', file=sys.stderr)
-        return 130
-    print(options.out / 'transfer.md')
-    return 0
+        print(options.out / 'transfer.md')
+        return 0
+
+    return carry_out('transfer', work, (AnalysisError, OSError))
 
 
 if __name__ == '__main__':

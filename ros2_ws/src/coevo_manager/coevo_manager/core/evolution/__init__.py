@@ -1,6 +1,7 @@
 """Co-evolution of predators and prey, without ROS."""
 
 from coevo_manager.core.evolution.evolution import Evolution
+from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import (
     GenerationStats,
     Observer,
@@ -21,5 +22,6 @@ __all__ = [
     'PhaseStats',
     'RunFolderError',
     'check_new_folder',
+    'load_configuration',
     'read_configuration',
 ]

@@ -70,13 +70,15 @@ class Budget:
 def check(configuration: Configuration) -> None:
     """Raise ValueError where no budget is given, or one too small for a single generation."""
     if configuration.phases is configuration.episodes is configuration.ticks is None:
-        raise ValueError('phases must be given where neither episodes nor ticks is')
+        raise ValueError(
+            'phases is None, expected a number where neither episodes nor ticks is given'
+        )
     costs = Budget(configuration)
     least = costs.first + costs.overhead + costs.generation
     for name, longest in (('episodes', 1), ('ticks', configuration.episode_ticks)):
         limit = getattr(configuration, name)
         if limit is not None and limit < least * longest:
             raise ValueError(
-                f'{name} must be at least {least * longest}, the cost of the first evaluation '
-                f'and one generation, got {limit}'
+                f'{name} is {limit}, expected at least {least * longest}, the cost of the first '
+                'evaluation and one generation'
             )

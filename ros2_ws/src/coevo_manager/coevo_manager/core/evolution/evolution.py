@@ -12,6 +12,7 @@ from coevo_manager.core.evaluation import Evaluator, StoppedError, evaluate_all
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.algorithm import Contest, Opponents
 from coevo_manager.core.evolution.budget import Budget
+from coevo_manager.core.evolution.loading import complete
 from coevo_manager.core.evolution.observation import (
     GenerationStats,
     Observer,
@@ -53,7 +54,8 @@ class Evolution:
     RunFolderError
         The folder holds something already, or cannot be written.
     ValueError
-        The evaluator's environment is not the configuration's.
+        The evaluator's environment is not the configuration's, or the configuration's fields do
+        not go together.
     """
 
     def __init__(
@@ -63,6 +65,7 @@ class Evolution:
         run_folder: Path | str,
         observer: Observer | None = None,
     ) -> None:
+        configuration = complete(configuration)
         _check_environment(configuration, evaluator)
         folder = RunFolder.create(Path(run_folder), configuration)
         self._prepare(configuration, evaluator, folder, observer)
@@ -318,6 +321,6 @@ def _check_environment(configuration: Configuration, evaluator: Evaluator) -> No
     wanted = configuration.make_environment()
     if evaluator.environment != wanted:
         raise ValueError(
-            f"the evaluator's environment must be that of the run, {wanted}, "
-            f'got {evaluator.environment}'
+            f"the evaluator's environment is {evaluator.environment}, expected that of the run, "
+            f'{wanted}'
         )

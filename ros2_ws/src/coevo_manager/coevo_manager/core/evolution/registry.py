@@ -7,6 +7,8 @@ import pkgutil
 from types import ModuleType
 from typing import TypeVar
 
+from marxbot_sim.core.fields import check_choice
+
 T = TypeVar('T')
 
 
@@ -23,8 +25,8 @@ def load(package: ModuleType, name: str, base: type[T]) -> type[T]:
     ValueError
         No such module.
     """
-    if name not in names(package):
-        raise ValueError(f'{name!r} is none of {", ".join(names(package))}')
+    kind = package.__name__.rpartition('.')[2].removesuffix('s')
+    check_choice(kind, name, names(package))
     module = importlib.import_module(f'{package.__name__}.{name}')
     (plugin,) = (
         member

@@ -18,11 +18,12 @@ from pathlib import Path
 import numpy as np
 
 from coevo_manager import __version__
-from coevo_manager.core.configuration import Configuration, load_configuration
+from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import checkpoint
 from coevo_manager.core.evolution.algorithm import Algorithm
 from coevo_manager.core.evolution.commit import source_commit
 from coevo_manager.core.evolution.files import TEMPORARY, DurableLog, npz_bytes, write_whole
+from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
 from coevo_manager.core.evolution.state import State
 

@@ -21,8 +21,8 @@ class Standard(Algorithm):
         ratio, rest = divmod(population, selected)
         if rest or ratio & (ratio - 1):
             raise ValueError(
-                f'population / selected must be a power of two in the algorithm standard, '
-                f'got {population} / {selected}'
+                f'population / selected is {population} / {selected}, expected a power of two in '
+                'the algorithm standard'
             )
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:

@@ -26,8 +26,8 @@ class Vanilla(Algorithm):
         """Demand that everyone be selected."""
         if configuration.selected != configuration.population:
             raise ValueError(
-                f'selected must equal population ({configuration.population}) in the algorithm '
-                f'vanilla, got {configuration.selected}'
+                f'selected is {configuration.selected}, expected the population, '
+                f'{configuration.population}, in the algorithm vanilla'
             )
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:

@@ -1,0 +1,178 @@
+"""The command line of every command: options, refusals of bad input, exit codes."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import re
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from coevo_manager.core.environment import OPTIONS, Environment, make_environment
+from coevo_manager.core.species import SPECIES
+from coevo_manager.core.worlds import WORLD, WORLDS
+from marxbot_sim.core.fields import Option
+from neuro_controller.core.champions import select_champion
+
+GENOME_HELP = (
+    'RUN[:GENERATION[:RANK]], a run folder or snapshot, the generation (default: last) and the '
+    'rank in it (default: 0, the champion); or shipped/open or shipped/obstacle'
+)
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose options have one name each and whose errors are one sentence."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        """Print the sentence and exit with code 2; an option is named once."""
+        sentence = re.sub(r'^argument [^:]+: (?=\w+ is )', '', message)
+        print(f'{self.prog}: {sentence}', file=sys.stderr)
+        sys.exit(2)
+
+
+def refuse(program: str, error: Exception) -> int:
+    """Print why a command cannot do what was asked; return its exit code, 2."""
+    if isinstance(error, OSError) and error.strerror:
+        print(f'{program}: {error.filename or "a file"}: {error.strerror}', file=sys.stderr)
+    else:
+        print(f'{program}: {error}', file=sys.stderr)
+    return 2
+
+
+def carry_out(
+    program: str,
+    work: Callable[[], int],
+    refused: type[Exception] | tuple[type[Exception], ...],
+    interrupted: str = 'interrupted',
+) -> int:
+    """Do what a command is for.
+
+    Parameters
+    ----------
+    program : str
+    work : callable
+        Returns an exit code.
+    refused : exceptions
+        What `work` raises for bad input; their text is one sentence.
+    interrupted : str
+        What to say after Ctrl-C.
+
+    Returns
+    -------
+    int
+        That of `work`, 2 after bad input, 130 after Ctrl-C.
+    """
+    try:
+        return work()
+    except refused as error:
+        return refuse(program, error)
+    except KeyboardInterrupt:
+        print(f'{program}: {interrupted}', file=sys.stderr)
+        return 130
+
+
+def add_option(
+    group: argparse._ActionsContainer,
+    option: Option,
+    presets: Mapping[str, Mapping[str, Any]] = {},
+    **settings: Any,
+) -> None:
+    """Add an option as ``--its-name``; its type, default, limits and help follow from it.
+
+    Parameters
+    ----------
+    group
+        A parser, or a group of one.
+    option : Option
+    presets : mapping
+        Other defaults by the names of the presets they belong to, for the help.
+    settings
+        Of argparse's ``add_argument``, to go before those that follow from the option.
+    """
+    facts = [option.unit] if option.unit else []
+    if option.default is not None:
+        facts.append(f'default: {option.default}')
+    facts += [
+        f'{name}: {values[option.name]}'
+        for name, values in presets.items()
+        if values.get(option.name, option.default) != option.default
+    ]
+    text = option.help + (f' ({"; ".join(facts)})' if facts else '')
+    kinds = {int: 'NUMBER', float: 'NUMBER', str: 'TEXT'}
+    group.add_argument(
+        f'--{option.name.replace("_", "-")}',
+        **{
+            'type': reader(option),
+            'default': option.default,
+            'metavar': f'{{{",".join(option.choices)}}}' if option.choices else kinds[option.kind],
+            'help': text.replace('%', '%%'),
+            **settings,
+        },
+    )
+
+
+def reader(option: Option) -> Callable[[str], Any]:
+    """Return what reads the value of an option from text; an argparse type."""
+
+    def read(text: str) -> Any:
+        if option.optional and text == 'none':
+            return None
+        value: Any = text
+        with contextlib.suppress(ValueError):  # the check says what is wrong
+            value = option.kind(text)
+        try:
+            return option.check(value)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return read
+
+
+def add_environment_options(
+    parser: argparse.ArgumentParser, names: Iterable[str] = OPTIONS
+) -> None:
+    """Add the options of an `Environment`, all or some: a world, and what differs from it."""
+    group = parser.add_argument_group('environment')
+    add_option(group, WORLD)
+    for name in names:
+        add_option(group, OPTIONS[name], WORLDS, default=argparse.SUPPRESS)
+
+
+def read_environment(options: argparse.Namespace) -> Environment:
+    """Return the `Environment` that was asked for."""
+    return make_environment({**WORLDS[options.world], **vars(options)})
+
+
+def add_genome_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options --predator and --prey."""
+    for species in SPECIES:
+        parser.add_argument(
+            f'--{species}',
+            default='shipped/open',
+            metavar='GENOME',
+            help=f'{GENOME_HELP} (default: %(default)s)',
+        )
+
+
+def read_genomes(options: argparse.Namespace) -> list[np.ndarray]:
+    """Return the genomes of predator and prey; ValueError if there are none such."""
+    return [select_champion(getattr(options, species), species).genome for species in SPECIES]
+
+
+def new_path(text: str) -> Path:
+    """Return a path where nothing is yet and whose folder exists (argparse type)."""
+    path = Path(text)
+    if path.exists():
+        raise argparse.ArgumentTypeError(f'{path} exists, expected a new name')
+    if not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(
+            f'{path.parent} is no folder, expected one for {path.name}'
+        )
+    return path

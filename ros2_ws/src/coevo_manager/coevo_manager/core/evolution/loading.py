@@ -1,0 +1,68 @@
+"""Configurations whose fields go together, from the values that a user gives."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+from coevo_manager.core.configuration import FIELDS, PRESETS, Configuration
+from coevo_manager.core.evolution import algorithms, budget
+from coevo_manager.core.worlds import WORLD, WORLDS
+from marxbot_sim.core.fields import check_choice
+
+
+def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
+    """Complete a preset and its world by the fields given, which may name another world.
+
+    Parameters
+    ----------
+    values : mapping
+        Fields of `Configuration` by name.
+    preset : str
+        One of `PRESETS`.
+
+    Raises
+    ------
+    ValueError
+        An unknown preset or key, a value out of its range, or values that do not go together: one
+        sentence.
+    """
+    check_choice('preset', preset, PRESETS)
+    unknown = [str(key) for key in values if key not in FIELDS]
+    if unknown:
+        keys, are = ('key', 'is') if len(unknown) == 1 else ('keys', 'are')
+        raise ValueError(
+            f'configuration {keys} {", ".join(unknown)} {are} unknown, '
+            f'expected some of {", ".join(FIELDS)}'
+        )
+    world = WORLD.check(values.get('world', PRESETS[preset]['world']))
+    return complete(Configuration(**{**PRESETS[preset], **WORLDS[world], **values}))
+
+
+def complete(configuration: Configuration) -> Configuration:
+    """Return the configuration with n chosen where it is 0, after checking it as a whole.
+
+    Raises
+    ------
+    ValueError
+        Fields that do not go together, in one sentence.
+    """
+    algorithm = algorithms.load(configuration.algorithm)
+    population = configuration.population
+    if not configuration.selected:
+        configuration = dataclasses.replace(
+            configuration, selected=algorithm.default_selected(population)
+        )
+    if configuration.selected > population:
+        raise ValueError(
+            f'selected is {configuration.selected}, expected at most the population, {population}'
+        )
+    if configuration.replacement == 'evolved' and configuration.agent_selection != 'distinct':
+        raise ValueError(
+            f'agent_selection is {configuration.agent_selection!r}, expected distinct where '
+            'replacement is evolved'
+        )
+    algorithm.check(configuration)
+    budget.check(configuration)
+    return configuration
