@@ -77,19 +77,6 @@ def test_core_imports_without_ros(package):
     assert len(result.stdout.split()) >= modules > 0
 
 
-@pytest.mark.parametrize(
-    ('package', 'strangers'),
-    [
-        ('simd_lanes', {'marxbot_sim', 'neuro_controller', 'coevo_manager', 'node_runner'}),
-        ('node_runner', {'marxbot_sim', 'neuro_controller', 'coevo_manager', 'simd_lanes'}),
-        ('marxbot_sim', {'neuro_controller', 'coevo_manager', 'coevo_msgs'}),
-        ('neuro_controller', {'marxbot_sim', 'coevo_manager', 'coevo_msgs'}),
-    ],
-)
-def test_package_knows_nothing_of(package, strangers):
-    assert not package_imports(package, package) & strangers
-
-
 @pytest.mark.parametrize('package', PYTHON_PACKAGES)
 def test_manifest_names_every_import(package):
     root = manifest(package)

@@ -1,11 +1,15 @@
 """Processes that a process starts and ends again."""
 
+from __future__ import annotations
+
 import ctypes
 import os
 import signal
 import subprocess
 import time
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
@@ -16,7 +20,7 @@ _PR_SET_PDEATHSIG = 1
 _libc = ctypes.CDLL(None)
 
 
-def executable_path(package, executable):
+def executable_path(package: str, executable: str) -> Path:
     """Return the path of a package's executable.
 
     Raises
@@ -33,7 +37,7 @@ def executable_path(package, executable):
     return path
 
 
-def _end_with_parent():
+def _end_with_parent() -> None:
     _libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
@@ -44,16 +48,18 @@ class Children:
     the kernel ends them. To be used as a context manager.
     """
 
-    def __init__(self):
-        self._processes = []
+    def __init__(self) -> None:
+        self._processes: list[subprocess.Popen] = []
 
-    def __enter__(self):
+    def __enter__(self) -> Children:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.end()
 
-    def start(self, package, executable, arguments=(), **options):
+    def start(
+        self, package: str, executable: str, arguments: Iterable[object] = (), **options: Any
+    ) -> subprocess.Popen:
         """Start an executable of a package; `options` are those of `subprocess.Popen`.
 
         Raises
@@ -71,11 +77,11 @@ class Children:
         self._processes.append(process)
         return process
 
-    def ended(self):
+    def ended(self) -> list[subprocess.Popen]:
         """Return the processes that have ended by themselves."""
         return [process for process in self._processes if process.poll() is not None]
 
-    def end(self):
+    def end(self) -> None:
         """End those that still run, and wait for them."""
         for process in self._processes:
             if process.poll() is None:

@@ -2,6 +2,8 @@
 
 import time
 
+from rclpy.impl.rcutils_logger import RcutilsLogger
+
 PERIOD = 5.0
 """Shortest time between two complaints about the same, s."""
 
@@ -17,11 +19,11 @@ class Complaints:
         Of a node.
     """
 
-    def __init__(self, logger):
+    def __init__(self, logger: RcutilsLogger) -> None:
         self._logger = logger
-        self._logged_at = {}
+        self._logged_at: dict[str, float] = {}
 
-    def warn(self, text):
+    def warn(self, text: str) -> None:
         """Log a sentence such as ``'predator stopped: no cmd_vel for 0.5 s'``."""
         subject = text.partition(':')[0]
         now = time.monotonic()

@@ -22,7 +22,7 @@ def own_arguments(command_line: Sequence[str]) -> list[str]:
 def start_ros(command_line: Sequence[str]) -> None:
     """Initialise rclpy, leaving the signals alone; bad ROS arguments exit with code 2."""
     with _refusing(command_line):
-        rclpy.init(args=command_line, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=list(command_line), signal_handler_options=SignalHandlerOptions.NO)
 
 
 def complain(command_line: Sequence[str], error: object) -> None:
