@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import shlex
 import signal
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 import rclpy
 
@@ -14,6 +17,7 @@ from coevo_manager.evaluators.pool import EvaluationError
 from coevo_manager.runs.display import make_display
 from coevo_manager.runs.options import Options, read_options
 from coevo_manager.runs.run import Plan, Run, make_plan
+from coevo_manager.runs.template import make_template
 from node_runner import own_arguments, start_ros
 
 
@@ -29,6 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command_line = list(sys.argv if arguments is None else ['evolve', *arguments])
     try:
         options = read_options(own_arguments(command_line))
+        if options.print_config:
+            print(make_template(options.values, options.preset), end='')
+            return 0
         plan = make_plan(options.values, options.preset, options.out, options.resume)
     except (ValueError, RunFolderError) as error:
         return refuse('evolve', error)
@@ -42,8 +49,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _evolve(plan: Plan, options: Options) -> int:
     node = rclpy.create_node('evolve', start_parameter_services=False)
-    display = make_display(plan.configuration)
-    run = Run(node, plan, display.status, display.event, options.evaluators, options.patience)
+    display = make_display(plan.configuration, options.quiet)
+    run = Run(
+        node,
+        plan,
+        display.status,
+        display.event,
+        options.evaluators,
+        options.patience,
+        display.wait,
+    )
     received: list[int] = []
 
     def on_signal(number: int, _) -> None:
@@ -68,10 +83,17 @@ def _evolve(plan: Plan, options: Options) -> int:
         display.event(f'The run is in {outcome.folder}')
         return 0
     if (outcome.folder / 'run.json').exists():
-        display.event(f'stopped; go on with: evolve --resume {outcome.folder}')
+        display.event('stopped; this goes on:')
+        display.event(_resuming(outcome.folder))
     else:
         display.event('stopped before the run began')
     return 128 + received[0]
+
+
+def _resuming(folder: Path) -> str:
+    """Return the command that goes on with the run in a folder, to be pasted."""
+    ros2 = os.environ.get('ROS2_COMMAND', 'ros2')
+    return shlex.join([ros2, 'run', 'coevo_manager', 'evolve', '--resume', str(folder)])
 
 
 if __name__ == '__main__':

@@ -172,14 +172,14 @@ def _check_folder(job: Job) -> None:
         )
 
 
-def run_job(configuration: Configuration, folder: Path) -> float:
+def run_job(configuration: Configuration, folder: Path, condition: str) -> float:
     """Start a run, or continue it from its last checkpoint, in this process; seconds it took."""
     start = time.monotonic()
     evaluator = LocalEvaluator(configuration.make_environment(), threads=1)
     if (folder / 'run.json').exists():
         evolution = Evolution.resume(folder, evaluator, configuration=configuration)
     else:
-        evolution = Evolution(configuration, evaluator, folder)
+        evolution = Evolution(configuration, evaluator, folder, condition=condition)
     evolution.run()
     return time.monotonic() - start
 
@@ -211,6 +211,7 @@ def execute(
             run_job,
             job.configuration,
             job.folder.resolve(),
+            job.condition,
             key=f'run-{job.folder.name}-{time.time_ns()}',
             retries=campaign.retries,
             pure=False,

@@ -12,7 +12,7 @@ import yaml
 
 from coevo_manager.command_line import Parser, add_option
 from coevo_manager.core.configuration import FIELDS, PRESETS
-from coevo_manager.core.evolution import algorithms, optimizers, registry
+from coevo_manager.core.evolution import algorithms, optimizers, read_record
 from coevo_manager.core.worlds import WORLDS
 from marxbot_sim.core.fields import Option
 
@@ -36,6 +36,8 @@ PATIENCE = Option(
     maximum=86400.0,
 )
 
+_WORLD_SETTINGS = {name for settings in WORLDS.values() for name in settings}
+
 
 @dataclasses.dataclass(frozen=True)
 class Options:
@@ -46,6 +48,10 @@ class Options:
     values : dict
         Fields of `Configuration` that were given, in the file or as options.
     preset : str
+    print_config : bool
+        Whether to print the configuration instead of running it.
+    quiet : bool
+        Whether to show nothing but errors.
     out, resume : Path or None
     evaluators : int or None
         Evaluator processes to start; 0: use running ones; None: one for each core.
@@ -55,6 +61,8 @@ class Options:
 
     values: dict[str, Any]
     preset: str
+    print_config: bool
+    quiet: bool
     out: Path | None
     resume: Path | None
     evaluators: int | None
@@ -71,21 +79,33 @@ def read_options(arguments: Sequence[str]) -> Options:
     """
     given = vars(_make_parser().parse_args(arguments))
     values = _read_file(given['config']) if given['config'] else {}
+    if 'world' in given:
+        values = {name: values[name] for name in values.keys() - _WORLD_SETTINGS}
     values |= {name: given[name] for name in FIELDS if name in given}
     if given['resume'] is not None:
-        for name in ('preset', 'config', 'out'):
-            if given[name] is not None:
+        for name in ('preset', 'config', 'out', 'print_config'):
+            if given[name]:
                 raise ValueError(
                     f'{name} is given, expected none with --resume: a run keeps its own'
                 )
     return Options(
         values,
         given['preset'] or 'quick',
+        given['print_config'],
+        given['quiet'],
         given['out'],
         given['resume'],
         given['evaluators'],
         given['patience'],
     )
+
+
+RUN_OPTIONS = {
+    **FIELDS,
+    'algorithm': dataclasses.replace(FIELDS['algorithm'], choices=tuple(algorithms.names())),
+    'optimizer': dataclasses.replace(FIELDS['optimizer'], choices=tuple(optimizers.names())),
+}
+"""The fields of a configuration, with the names of the plug-ins there are."""
 
 
 def _make_parser() -> Parser:
@@ -104,7 +124,12 @@ def _make_parser() -> Parser:
     )
     run.add_argument(
         '--config', type=Path, metavar='FILE', help='YAML or JSON file with any of the '
-        'configuration below, by name with underscores; options go before it',
+        'configuration below, by name with underscores, or the run.json of a run to repeat; '
+        'options go before it, and --world before its settings in the file',
+    )  # fmt: skip
+    run.add_argument(
+        '--print-config', action='store_true', help='print such a file, commented, with what the '
+        'options and the preset say, instead of running',
     )  # fmt: skip
     run.add_argument(
         '--out', type=Path, metavar='DIR', help='run folder, new or empty '
@@ -114,20 +139,14 @@ def _make_parser() -> Parser:
         '--resume', type=Path, metavar='DIR', help='go on with the run in this folder, to the '
         'same files as if it had never stopped',
     )  # fmt: skip
+    run.add_argument('--quiet', action='store_true', help='show nothing but errors')
     add_option(run, EVALUATORS, nargs='?', const=0)
     add_option(run, PATIENCE)
     group = parser.add_argument_group('configuration')
     presets = {**PRESETS, **WORLDS}
-    for option in FIELDS.values():
-        add_option(group, _with_choices(option), presets, default=argparse.SUPPRESS)
+    for option in RUN_OPTIONS.values():
+        add_option(group, option, presets, default=argparse.SUPPRESS)
     return parser
-
-
-def _with_choices(option: Option) -> Option:
-    plugins = {'algorithm': algorithms, 'optimizer': optimizers}.get(option.name)
-    if plugins is None:
-        return option
-    return dataclasses.replace(option, choices=tuple(registry.names(plugins)))
 
 
 def _read_file(path: Path) -> dict[str, Any]:
@@ -138,6 +157,8 @@ def _read_file(path: Path) -> dict[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         reason = ' '.join(str(error).split())
         raise ValueError(f'{path} is neither YAML nor JSON: {reason}') from None
+    if isinstance(content, dict) and 'configuration' in content:
+        return read_record(path)[0].as_dict()
     if not isinstance(content, dict):
         raise ValueError(f'{path} is no mapping, expected keys of the configuration with values')
     return content

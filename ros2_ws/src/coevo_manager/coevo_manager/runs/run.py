@@ -26,6 +26,7 @@ from coevo_manager.core.evolution import (
     check_new_folder,
     load_configuration,
     read_configuration,
+    remarks,
 )
 from coevo_manager.evaluators.pool import RosEvaluator
 
@@ -151,6 +152,8 @@ class Run:
         Called with a `Status`, at most 10 times a second and after each phase.
     on_event : callable
         Called with one sentence when something happens.
+    on_wait : callable, optional
+        Called with what the run waits for before it begins.
     own_evaluators : int, optional
         Evaluator processes to start; 0: use running ones. Without it, one for each core.
     patience : float
@@ -165,8 +168,10 @@ class Run:
         on_event: Callable[[str], None],
         own_evaluators: int | None = None,
         patience: float = 5.0,
+        on_wait: Callable[[str], None] = lambda what: None,
     ) -> None:
         self._node = node
+        self._on_wait = on_wait
         self._plan = plan
         self._on_status = on_status
         self._on_event = on_event
@@ -197,6 +202,8 @@ class Run:
         explanation = threading.Timer(SLOW_START, self._explain_start)
         try:
             explanation.start()
+            own = self._own_evaluators
+            self._on_wait('starting the evaluators' if own else 'looking for evaluators')
             self._evaluator.start(self._stop, None if self._own_evaluators else DISCOVERY_TIMEOUT)
             explanation.cancel()
             if plan.resume:
@@ -205,6 +212,8 @@ class Run:
                 self._evolution = Evolution(
                     plan.configuration, self._evaluator, plan.folder, self._observe
                 )
+            for remark in remarks(plan.configuration, plan.configuration.phases):
+                self._on_event(remark)
             if self._stop.is_set():
                 self._evolution.stop()
             return self._evolution.run()
@@ -223,12 +232,7 @@ class Run:
 
     def _explain_start(self) -> None:
         if self._own_evaluators:
-            self._event(
-                'the evaluators are starting; the first start compiles the simulation, which '
-                'takes up to 20 s'
-            )
-        else:
-            self._event('looking for evaluators')
+            self._on_wait('the evaluators compile the simulation, which the first start has to')
 
     def _event(self, message: str) -> None:
         if self._evolution is not None:

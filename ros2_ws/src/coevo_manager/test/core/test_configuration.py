@@ -159,8 +159,8 @@ def test_differences_are_named():
         ({'selected': 7}, 'population / selected is 80 / 7, expected a power of two'),
         ({'selected': 16}, 'population / selected is 80 / 16, expected a power of two'),
         (
-            {'algorithm': 'vanilla', 'selected': 10},
-            'selected is 10, expected the population, 80, in the algorithm vanilla',
+            {'algorithm': 'vanilla', 'selected': 5},
+            'selected is 5, expected the population, 10, in the algorithm vanilla',
         ),
         (
             {'replacement': 'evolved', 'agent_selection': 'repeated'},

@@ -38,7 +38,7 @@ def contents(folder):
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in sorted(folder.rglob('*'))
-        if path.is_file() and path.name != 'run.log'
+        if path.is_file() and path.name not in ('run.log', 'sessions.json')
     }
 
 

@@ -102,7 +102,7 @@ def contents(folder):
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in sorted(folder.rglob('*'))
-        if path.is_file() and path.name != 'run.log'
+        if path.is_file() and path.name not in ('run.log', 'sessions.json')
     }
 
 
@@ -114,7 +114,10 @@ def test_the_costs_of_the_paper():
     assert budget.episodes(1500) == 16_206_400
     simplified = load_configuration({'algorithm': 'simplified'}, 'paper')
     assert Budget(simplified).episodes(1500) == 16_206_400
-    vanilla = load_configuration({'algorithm': 'vanilla'}, 'paper')
+    cheap = load_configuration({'algorithm': 'vanilla'}, 'paper')
+    assert (cheap.population, cheap.selected) == (10, 10)
+    assert Budget(cheap).generation == budget.generation
+    vanilla = load_configuration({'algorithm': 'vanilla', 'population': 80}, 'paper')
     assert vanilla.selected == 80
     assert Budget(vanilla).episodes(25) == 6400 + 25 * (100 * 6400 + 6400)
 
@@ -377,5 +380,5 @@ def test_the_formats_are_as_documented(tmp_path):
     assert arrays['sha256'] == digest.hexdigest()
     assert arrays['generations_size'] == (folder / 'generations.csv').stat().st_size
     assert arrays['algorithm_hall_predator'].shape == (1 + 2, 442)
-    names = {'run.json', 'generations.csv', 'phases.csv', 'report.md', 'run.log'}
+    names = {'run.json', 'generations.csv', 'phases.csv', 'report.md', 'run.log', 'sessions.json'}
     assert names | {'snapshots', 'checkpoint'} == {path.name for path in folder.iterdir()}

@@ -1,7 +1,7 @@
 """Co-evolution of predators and prey, without ROS."""
 
 from coevo_manager.core.evolution.evolution import Evolution
-from coevo_manager.core.evolution.loading import load_configuration
+from coevo_manager.core.evolution.loading import load_configuration, remarks
 from coevo_manager.core.evolution.observation import (
     GenerationStats,
     Observer,
@@ -12,6 +12,7 @@ from coevo_manager.core.evolution.run_folder import (
     RunFolderError,
     check_new_folder,
     read_configuration,
+    read_record,
 )
 
 __all__ = [
@@ -24,4 +25,6 @@ __all__ = [
     'check_new_folder',
     'load_configuration',
     'read_configuration',
+    'read_record',
+    'remarks',
 ]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import abc
 import dataclasses
 import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -53,11 +55,14 @@ class Algorithm(abc.ABC):
 
     Attributes
     ----------
+    defaults : dict
+        Fields of the configuration that the algorithm changes where they are not given.
     external_opponents : bool
         Opponents come from outside the opposing population: each phase first evaluates the N
         incumbents against them.
     """
 
+    defaults: ClassVar[Mapping[str, Any]] = {}
     external_opponents = False
 
     def __init__(self, configuration: Configuration) -> None:

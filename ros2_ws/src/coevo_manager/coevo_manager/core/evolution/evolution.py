@@ -12,7 +12,7 @@ from coevo_manager.core.evaluation import Evaluator, StoppedError, evaluate_all
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.algorithm import Contest, Opponents
 from coevo_manager.core.evolution.budget import Budget
-from coevo_manager.core.evolution.loading import complete
+from coevo_manager.core.evolution.loading import complete, remarks
 from coevo_manager.core.evolution.observation import (
     GenerationStats,
     Observer,
@@ -28,6 +28,7 @@ from coevo_manager.core.evolution.run_folder import (
     RunFolderError,
     read_configuration,
 )
+from coevo_manager.core.evolution.sessions import Session
 from coevo_manager.core.evolution.state import State, fitness_of
 from coevo_manager.core.species import OTHER, SPECIES
 from neuro_controller.core.genome import random_genomes
@@ -40,7 +41,8 @@ class Evolution:
     ----------
     configuration : Configuration
         Everything that decides the results; the files of two runs of it are equal byte for byte
-        (but run.log), whatever the evaluator's speed, number of slots and order of answers.
+        (but run.log and sessions.json), whatever the evaluator's speed, number of slots and order
+        of answers.
     evaluator : Evaluator
         Plays the episodes; it stays the caller's to close.
     run_folder : Path or str
@@ -48,6 +50,8 @@ class Evolution:
     observer : Observer, optional
         Called with `GenerationStats` after each generation, and with `PhaseStats` after each
         phase, while its checkpoint is being written.
+    condition : str
+        What the user calls this configuration, to be kept in run.json; '' without a name.
 
     Raises
     ------
@@ -64,10 +68,11 @@ class Evolution:
         evaluator: Evaluator,
         run_folder: Path | str,
         observer: Observer | None = None,
+        condition: str = '',
     ) -> None:
         configuration = complete(configuration)
         _check_environment(configuration, evaluator)
-        folder = RunFolder.create(Path(run_folder), configuration)
+        folder = RunFolder.create(Path(run_folder), configuration, condition)
         self._prepare(configuration, evaluator, folder, observer)
 
     @classmethod
@@ -118,6 +123,9 @@ class Evolution:
         except RunFolderError:
             folder.close()
             raise
+        self._session = Session(folder.path, self._state.phase if self._state else 0)
+        for remark in remarks(configuration, configuration.phases):
+            self.log(remark)
 
     def run(self) -> Outcome:
         """Evolve till the budget is spent or `stop` is called, and write the report; once.
@@ -127,7 +135,7 @@ class Evolution:
         RunFolderError
             The folder cannot be written (a full disk). What it holds stays valid: resume it.
         """
-        report = ''
+        report, ended = '', 'failed'
         try:
             if self._state is None:
                 self.log('started')
@@ -137,14 +145,17 @@ class Evolution:
             self._folder.finish_saving()
             report = self._report(self._state)
             self.log('finished')
+            ended = 'finished'
         except StoppedError:
             self.log('stopped on request')
             self._folder.finish_saving()
+            ended = 'stopped'
         except BaseException as error:
             self.log(f'ended by {type(error).__name__}: {error}')
             raise
         finally:
             self._evaluator.cancel()
+            self._session.end(self._state.phase if self._state else 0, ended)
             self._folder.close()
         return Outcome(finished=bool(report), folder=self._folder.path, report=report)
 

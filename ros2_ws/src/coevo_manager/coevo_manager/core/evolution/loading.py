@@ -13,7 +13,7 @@ from marxbot_sim.core.fields import check_choice
 
 
 def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
-    """Complete a preset and its world by the fields given, which may name another world.
+    """Complete a preset, its world and its algorithm's defaults by the fields given.
 
     Parameters
     ----------
@@ -37,7 +37,9 @@ def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Conf
             f'expected some of {", ".join(FIELDS)}'
         )
     world = WORLD.check(values.get('world', PRESETS[preset]['world']))
-    return complete(Configuration(**{**PRESETS[preset], **WORLDS[world], **values}))
+    chosen = {**PRESETS[preset], **WORLDS[world], **values}
+    algorithm = algorithms.load(chosen.get('algorithm', FIELDS['algorithm'].default))
+    return complete(Configuration(**{**algorithm.defaults, **chosen}))
 
 
 def complete(configuration: Configuration) -> Configuration:
@@ -66,3 +68,27 @@ def complete(configuration: Configuration) -> Configuration:
     algorithm.check(configuration)
     budget.check(configuration)
     return configuration
+
+
+def remarks(configuration: Configuration, phases: int | None) -> list[str]:
+    """Return sentences about what a configuration implies and a user might not expect.
+
+    Parameters
+    ----------
+    configuration : Configuration
+    phases : int, optional
+        Phases that the run has, where that is known.
+    """
+    found = []
+    if configuration.algorithm == 'vanilla':
+        found.append(
+            f'in the algorithm vanilla everyone evolves against everyone: N = n = '
+            f'{configuration.population}'
+        )
+    swap = configuration.swap_generations
+    if phases is not None and phases <= -(-swap // configuration.generations):
+        found.append(
+            f'the prey never evolves: {phases * configuration.generations} generations end before '
+            f'a phase after generation {swap}, when the species swap (swap_generations)'
+        )
+    return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
+from coevo_manager.core.evolution.loading import remarks
 from coevo_manager.core.evolution.state import State
 
 
@@ -49,6 +50,7 @@ def write_report(
     escaped, escapes = (
         1 - _fitness(ticks, state.episode_ticks) for ticks in (first, prey_against_first)
     )
+    told = ''.join(f'* Note: {remark}.\n' for remark in remarks(configuration, state.phase))
     return f"""# What this run achieved
 
 Algorithm {configuration.algorithm} with {configuration.optimizer}, {configuration.environment} \
@@ -60,7 +62,7 @@ arena, motor map {configuration.motor_map}, seed {configuration.seed}: \
 reach {before:.3f}.
 * Prey: fitness {escapes:.3f} against the random predators of generation 0, where random prey \
 reach {escaped:.3f}.
-
+{told}
 | predators | prey | predator fitness | prey fitness | prey caught |
 |---|---|---|---|---|
 {table}

@@ -62,16 +62,27 @@ def read_configuration(folder: Path | str) -> Configuration:
     RunFolderError
         No run there, or its run.json cannot be read.
     """
-    path = Path(folder) / 'run.json'
+    return read_record(Path(folder) / 'run.json')[0]
+
+
+def read_record(path: Path) -> tuple[Configuration, str]:
+    """Read a run.json: the run's configuration, and what the user called it ('' without a name).
+
+    Raises
+    ------
+    RunFolderError
+        No such file, or it cannot be read.
+    """
     try:
         content = json.loads(path.read_text())
         if content['version'] != VERSION:
             raise ValueError(
                 f'it has format version {content["version"]}, this program reads {VERSION}'
             )
-        return load_configuration({**_BEFORE_WORLDS, **content['configuration']})
+        configuration = load_configuration({**_BEFORE_WORLDS, **content['configuration']})
+        return configuration, str(content.get('condition', ''))
     except (FileNotFoundError, NotADirectoryError):
-        raise RunFolderError(f'{folder} holds no run: it has no run.json') from None
+        raise RunFolderError(f'{path.parent} holds no run: it has no run.json') from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise RunFolderError(f'{path} cannot be read: {error}') from None
 
@@ -127,7 +138,7 @@ class RunFolder:
             raise RunFolderError(f'another process is running in {path}') from None
 
     @classmethod
-    def create(cls, path: Path, configuration: Configuration) -> RunFolder:
+    def create(cls, path: Path, configuration: Configuration, condition: str = '') -> RunFolder:
         """Start a run in a new or empty folder.
 
         Raises
@@ -137,6 +148,7 @@ class RunFolder:
         check_new_folder(path)
         content = {
             'version': VERSION,
+            **({'condition': condition} if condition else {}),
             'configuration': configuration.as_dict(),
             'versions': _versions(),
         }

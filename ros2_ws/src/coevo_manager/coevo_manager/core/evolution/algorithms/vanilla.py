@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
@@ -13,8 +15,12 @@ from coevo_manager.core.species import OTHER
 class Vanilla(Algorithm):
     """Everyone evolves against everyone: the Standard condition with n = N.
 
-    No opponent is left for validation, so that nothing filters out opportunistic agents.
+    No opponent is left for validation, so that nothing filters out opportunistic agents. The paper
+    does not state its N; with N = n = 10 a generation costs what it costs in the Standard
+    condition.
     """
+
+    defaults: ClassVar = {'population': 10}
 
     @staticmethod
     def default_selected(population: int) -> int:
