@@ -124,7 +124,7 @@ class TerminalDisplay:
         width = self._console.width
         clock = _duration(time.monotonic() - self._start)
         if self._status is None:
-            return _line(f'{clock} {self._waiting}')
+            return Group(_line(f'{clock} {self._waiting}'))
         share = f'{self._status.stats.progress:4.0%} '
         times = ', '.join(filter(None, (f' {clock}', _time_left(self._status))))
         first = Table.grid()

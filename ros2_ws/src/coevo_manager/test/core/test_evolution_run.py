@@ -24,8 +24,11 @@ from coevo_manager.core.evolution import (
     load_configuration,
     optimizers,
     read_configuration,
+    read_record,
+    remarks,
 )
 from coevo_manager.core.evolution.budget import Budget
+from coevo_manager.core.evolution.sessions import read_sessions
 from coevo_manager.core.local_evaluator import LocalEvaluator
 
 SMALL = {
@@ -382,3 +385,45 @@ def test_the_formats_are_as_documented(tmp_path):
     assert arrays['algorithm_hall_predator'].shape == (1 + 2, 442)
     names = {'run.json', 'generations.csv', 'phases.csv', 'report.md', 'run.log', 'sessions.json'}
     assert names | {'snapshots', 'checkpoint'} == {path.name for path in folder.iterdir()}
+
+
+def test_sessions_tell_where_and_how_long(tmp_path):
+    configuration = configure()
+    evaluator = LocalEvaluator(configuration.make_environment())
+
+    def stop_soon(stats):
+        if isinstance(stats, PhaseStats) and stats.phase == 2:
+            evolution.stop()
+
+    evolution = Evolution(configuration, evaluator, tmp_path / 'run', stop_soon, 'mine')
+    assert not evolution.run().finished
+    assert Evolution.resume(tmp_path / 'run', evaluator).run().finished
+    first, second = read_sessions(tmp_path / 'run')
+    assert (first['first_phase'], first['last_phase'], first['ended']) == (0, 2, 'stopped')
+    assert (second['first_phase'], second['ended']) == (2, 'finished')
+    assert second['last_phase'] == configuration.phases
+    assert first['host'] and first['cores'] >= 1 and first['seconds'] > 0
+    assert first['begun'] <= second['begun']
+    assert read_record(tmp_path / 'run' / 'run.json') == (configuration, 'mine')
+
+
+def test_a_run_without_a_swap_says_that_the_prey_never_evolved(tmp_path):
+    configuration = configure(swap_generations=10**6)
+    (remark,) = remarks(configuration, configuration.phases)
+    assert remark.startswith('the prey never evolves')
+    outcome = run(tmp_path / 'run', configuration)
+    assert remark in outcome.report
+    assert remark in (tmp_path / 'run' / 'run.log').read_text()
+    log = table(tmp_path / 'run' / 'phases.csv')
+    assert {row['evolving'] for row in log} == {'', 'predator'}
+
+
+@pytest.mark.parametrize(('phases', 'evolves'), [(5, False), (6, True)])
+def test_the_prey_evolves_from_the_phase_after_the_swap(phases, evolves):
+    values = {'phases': phases, 'generations': 100, 'swap_generations': 500}
+    assert (remarks(load_configuration(values), phases) == []) == evolves
+
+
+def test_vanilla_says_how_many_evolve():
+    (remark,) = remarks(load_configuration({'algorithm': 'vanilla'}), 100)
+    assert remark.endswith('N = n = 10')
