@@ -229,7 +229,7 @@ def test_help_states_units_and_defaults(start):
         (['--evaluators', '-1'], 'evaluators is -1, expected a whole number from 0'),
         (['--resume', 'nowhere'], 'holds no run'),
         (['--resume', 'nowhere', '--out', 'x'], 'out is given, expected none with --resume'),
-        (['--config', 'missing.yaml'], 'cannot read missing.yaml'),
+        (['--config', 'missing.yaml'], 'missing.yaml cannot be read: No such file'),
         (['--config', 'unknown.yaml'], 'configuration key populaton is unknown'),
         (['--config', 'list.yaml'], 'list.yaml is no mapping, expected'),
         (['--ros-args', '-r', 'nothing'], "remap rule: '-r nothing'"),

@@ -1,6 +1,5 @@
 """Read run folders and group them: replications of conditions, conditions within environments."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
@@ -11,7 +10,11 @@ import pandas as pd
 
 from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.episodes import Environment
-from coevo_manager.core.evolution.run_folder import RunFolderError, read_configuration
+from coevo_manager.core.evolution.run_folder import (
+    RunFolderError,
+    read_configuration,
+    read_record,
+)
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
@@ -86,8 +89,8 @@ class Run:
     @cached_property
     def versions(self) -> str:
         """What it was evolved with, as its run.json tells."""
-        content = json.loads((self.folder / 'run.json').read_text('utf-8'))
-        return ', '.join(f'{name} {value}' for name, value in content.get('versions', {}).items())
+        versions = read_record(self.folder)['versions']
+        return ', '.join(f'{name} {value}' for name, value in versions.items())
 
     def snapshot(self, generation: int) -> Snapshot:
         """Read and check one snapshot.

@@ -1,5 +1,7 @@
 """A campaign of runs: conditions x environments x seeds, from a YAML file, over Dask."""
 
+import re
+import reprlib
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -7,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import yaml
 
 from coevo_manager.core.configuration import (
     FIELDS,
     Configuration,
     differences,
 )
+from coevo_manager.core.documents import read_document
 from coevo_manager.core.evolution import (
     Evolution,
     RunFolderError,
@@ -24,6 +26,9 @@ from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.local_evaluator import LocalEvaluator
 
 KEYS = ('out', 'preset', 'configuration', 'conditions', 'environments', 'seeds', 'retries')
+
+MOST_RUNS = 10_000
+"""Runs that a campaign may have."""
 
 
 class CampaignError(ValueError):
@@ -77,28 +82,25 @@ def read_campaign(path: Path) -> Campaign:
     Raises
     ------
     CampaignError
-        The file, one of its values or a folder that another run occupies.
+        One of the file's values, or a folder that another run occupies.
+    ReadingError
+        The file.
     """
-    try:
-        content = yaml.safe_load(path.read_text('utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise CampaignError(f'{path} cannot be read: {reason}') from None
-    content = _mapping(path, 'the file', content)
+    content = _mapping(path, 'the file', read_document(path))
     for key in content:
         if key not in KEYS:
             raise CampaignError(
-                f'{path}: key {key!r} is unknown, expected some of {", ".join(KEYS)}'
+                f'{path}: key {reprlib.repr(key)} is unknown, expected some of {", ".join(KEYS)}'
             )
     for key in ('out', 'seeds'):
         if key not in content:
             raise CampaignError(f'{path}: {key} is missing')
-    if not isinstance(content['out'], str):
-        raise CampaignError(f'{path}: out is {content["out"]!r}, expected a folder')
+    if not isinstance(content['out'], str) or not content['out'].isprintable():
+        raise CampaignError(f'{path}: out is {reprlib.repr(content["out"])}, expected a folder')
     retries = content.get('retries', 1)
     if not isinstance(retries, int) or isinstance(retries, bool) or retries < 0:
         raise CampaignError(
-            f'{path}: retries is {retries!r}, expected a whole number of at least 0'
+            f'{path}: retries is {reprlib.repr(retries)}, expected a whole number of at least 0'
         )
     out = path.parent / content['out']
     jobs = list(_jobs(path, content, out))
@@ -114,8 +116,10 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
     seeds = content['seeds']
     if not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) != len(seeds):
         raise CampaignError(
-            f'{path}: seeds is {seeds!r}, expected a list of different whole numbers'
+            f'{path}: seeds is {reprlib.repr(seeds)}, expected a list of different whole numbers'
         )
+    if len(conditions) * len(environments) * len(seeds) > MOST_RUNS:
+        raise CampaignError(f'{path} asks for more than {MOST_RUNS} runs')
     if 'seed' in shared:
         raise CampaignError(f'{path}: configuration.seed: seeds belong into seeds')
     for condition, own in conditions.items():
@@ -141,11 +145,12 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
         for inner in _mapping(path, f'{key}.{name}', values):
             if inner not in FIELDS:
                 raise CampaignError(
-                    f'{path}: {key}.{name}.{inner} is unknown, expected keys of the configuration'
+                    f'{path}: {key}.{name}.{inner:.60} is unknown, expected keys of the configuration'
                 )
-        if not name or not all(letter.isalnum() or letter in '_.+' for letter in name):
+        if not re.fullmatch(r'[\w.+]{1,100}', name):
             raise CampaignError(
-                f'{path}: {key} has the name {name!r}, expected letters, digits, _ . +'
+                f'{path}: {key} has the name {reprlib.repr(name)}, expected up to 100 '
+                'letters, digits, _ . +'
             )
     if not given:
         raise CampaignError(f'{path}: {key} is empty')
@@ -154,7 +159,7 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
 
 def _mapping(path: Path, name: str, value) -> dict:
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
-        raise CampaignError(f'{path}: {name} is {value!r}, expected names with values')
+        raise CampaignError(f'{path}: {name} is {reprlib.repr(value)}, expected names with values')
     return value
 
 

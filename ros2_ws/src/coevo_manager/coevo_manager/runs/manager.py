@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import reprlib
 import sys
 from pathlib import Path
 from typing import Any
 
-import yaml
 from coevo_msgs.action import Evolve
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
+from coevo_manager.core.documents import parse_document
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluators.pool import EvaluationError
 from coevo_manager.runs.run import Plan, Run, Status, make_plan, to_message
@@ -131,11 +132,11 @@ def _read_goal(request: Evolve.Goal) -> Plan:
             'out is empty or configuration given, expected the folder alone in a goal that resumes'
         )
     try:
-        values: Any = yaml.safe_load(request.configuration) or {}
-    except yaml.YAMLError as error:
-        raise ValueError(f'configuration is not YAML: {" ".join(str(error).split())}') from None
+        values: Any = parse_document(request.configuration) or {}
+    except ValueError as error:
+        raise ValueError(f'configuration is neither JSON nor YAML: {error}') from None
     if not isinstance(values, dict):
-        raise ValueError(f'configuration is {request.configuration!r}, expected a mapping')
+        raise ValueError(f'configuration is {reprlib.repr(values)}, expected a mapping')
     if request.resume:
         return make_plan({}, request.preset, None, folder)
     return make_plan(values, request.preset, folder, None)

@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from coevo_manager.command_line import Parser, add_option
 from coevo_manager.core.configuration import FIELDS, PRESETS
+from coevo_manager.core.documents import read_document
 from coevo_manager.core.evolution import algorithms, optimizers, read_record
 from coevo_manager.core.worlds import WORLDS
 from marxbot_sim.core.fields import Option
@@ -150,13 +149,7 @@ def _make_parser() -> Parser:
 
 
 def _read_file(path: Path) -> dict[str, Any]:
-    try:
-        content = yaml.safe_load(path.read_text())
-    except OSError as error:
-        raise ValueError(f'cannot read {path}: {error.strerror}') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = ' '.join(str(error).split())
-        raise ValueError(f'{path} is neither YAML nor JSON: {reason}') from None
+    content = read_document(path)
     if isinstance(content, dict) and 'configuration' in content:
         return read_record(path)[0].as_dict()
     if not isinstance(content, dict):

@@ -234,7 +234,7 @@ def test_a_checkpoint_of_another_version_is_named(tmp_path, monkeypatch):
 def test_a_folder_without_a_run_is_refused(tmp_path, content):
     if content is not None:
         (tmp_path / 'run.json').write_text(content)
-    with pytest.raises(RunFolderError, match=r'holds no run|cannot be read'):
+    with pytest.raises(RunFolderError, match=r'holds no run|run\.json is damaged'):
         resume(tmp_path)
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from neuro_controller.core.genome import check_genomes
+from neuro_controller.core.reading import read_arrays, reading
 
 SPECIES = ('predator', 'prey')
 
@@ -53,28 +53,20 @@ def read_snapshot(path: Path) -> Snapshot:
 
     Raises
     ------
-    ValueError
-        The file is missing, or not such a file.
+    ReadingError
+        The file is missing, damaged, or not such a file.
     """
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            snapshot = Snapshot(
-                int(arrays['generation']) if 'generation' in arrays else 0,
-                check_genomes(arrays['predators'], 'predators'),
-                check_genomes(arrays['prey'], 'prey'),
-                np.asarray(arrays['fitness'], np.float64),
+    arrays = read_arrays(path, ('predators', 'prey', 'fitness'))
+    with reading(path):
+        predators = check_genomes(arrays['predators'], 'predators')
+        prey = check_genomes(arrays['prey'], 'prey')
+        fitness = np.asarray(arrays['fitness'], np.float64)
+        shape = (len(predators), len(prey))
+        if fitness.shape != shape or 0 in shape or not ((fitness >= 0) & (fitness <= 1)).all():
+            raise ValueError(
+                f'fitness has shape {fitness.shape}, expected {shape} numbers from 0 to 1'
             )
-    except FileNotFoundError:
-        raise ValueError(f'{path} does not exist') from None
-    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
-        raise ValueError(f'{path} is not a snapshot: {error}') from None
-    shape = (len(snapshot.predators), len(snapshot.prey))
-    if snapshot.fitness.shape != shape or 0 in shape or not np.isfinite(snapshot.fitness).all():
-        raise ValueError(
-            f'{path} is not a snapshot: fitness has shape {snapshot.fitness.shape}, '
-            f'expected {shape} finite numbers'
-        )
-    return snapshot
+        return Snapshot(int(arrays.get('generation', 0)), predators, prey, fitness)
 
 
 def snapshots(run: Path | str) -> dict[int, Path]:

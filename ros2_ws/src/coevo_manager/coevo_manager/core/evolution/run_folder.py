@@ -9,11 +9,13 @@ import fcntl
 import json
 import os
 import platform
+import reprlib
 import threading
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +28,7 @@ from coevo_manager.core.evolution.files import TEMPORARY, DurableLog, npz_bytes,
 from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
 from coevo_manager.core.evolution.state import State
+from neuro_controller.core.reading import ReadingError, parse_json, read_text, reading
 
 VERSION = 1
 """Version of run.json, the logs and the snapshots."""
@@ -74,17 +77,39 @@ def read_record(path: Path) -> tuple[Configuration, str]:
         No such file, or it cannot be read.
     """
     try:
-        content = json.loads(path.read_text())
-        if content['version'] != VERSION:
+        content = read_run_json(path)
+        with reading(path):
+            configuration = load_configuration({**_BEFORE_WORLDS, **content['configuration']})
+            return configuration, str(content.get('condition', ''))
+    except ReadingError as error:
+        raise RunFolderError(str(error)) from None
+
+
+def read_run_json(path: Path) -> dict[str, Any]:
+    """Read all that a run.json tells.
+
+    Raises
+    ------
+    ReadingError
+        No such file, or it is damaged.
+    """
+    with reading(path):
+        if not path.exists():
+            raise ReadingError(f'{path.parent} holds no run: it has no run.json')
+        content = parse_json(read_text(path))
+        if not isinstance(content, dict):
+            raise ValueError(f'it holds {reprlib.repr(content)}, expected an object')
+        if content.get('version') != VERSION:
             raise ValueError(
-                f'it has format version {content["version"]}, this program reads {VERSION}'
+                f'it has format version {reprlib.repr(content.get("version"))}, this program '
+                f'reads {VERSION}'
             )
-        configuration = load_configuration({**_BEFORE_WORLDS, **content['configuration']})
-        return configuration, str(content.get('condition', ''))
-    except (FileNotFoundError, NotADirectoryError):
-        raise RunFolderError(f'{path.parent} holds no run: it has no run.json') from None
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise RunFolderError(f'{path} cannot be read: {error}') from None
+        for name in ('configuration', 'versions'):
+            if not isinstance(content.get(name), dict):
+                raise ValueError(
+                    f'{name} is {reprlib.repr(content.get(name))}, expected names with values'
+                )
+    return content
 
 
 def check_new_folder(path: Path | str) -> None:
