@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import errno
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -23,6 +24,8 @@ GENOME_HELP = (
     'rank in it (default: 0, the champion); or shipped/open or shipped/obstacle'
 )
 
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+
 
 class Parser(argparse.ArgumentParser):
     """A parser whose options have one name each and whose errors are one sentence."""
@@ -38,11 +41,17 @@ class Parser(argparse.ArgumentParser):
 
 
 def refuse(program: str, error: Exception) -> int:
-    """Print why a command cannot do what was asked; return its exit code, 2."""
+    """Print why a command cannot do what was asked; return its exit code.
+
+    Returns
+    -------
+    int
+        2 for bad input, 1 where a file cannot be written whole, as on a full disk.
+    """
     if isinstance(error, OSError) and error.strerror:
         print(f'{program}: {error.filename or "a file"}: {error.strerror}', file=sys.stderr)
-    else:
-        print(f'{program}: {error}', file=sys.stderr)
+        return 1 if error.errno in _NO_ROOM else 2
+    print(f'{program}: {error}', file=sys.stderr)
     return 2
 
 
@@ -67,7 +76,7 @@ def carry_out(
     Returns
     -------
     int
-        That of `work`, 2 after bad input, 130 after Ctrl-C.
+        That of `work`, 2 after bad input, 1 on a full disk, 130 after Ctrl-C.
     """
     try:
         return work()

@@ -71,10 +71,9 @@ def make_parser() -> Parser:
 
 
 def main(argv=None) -> int:
-    """Analyse; returns the exit code: 0, 2 for bad input, 130 when interrupted."""
+    """Analyse; returns 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     arguments = make_parser().parse_args(argv)
     from coevo_manager.analysis.pipeline import analyze
-    from coevo_manager.analysis.runs import AnalysisError
 
     console = Console(stderr=True)
     columns = (
@@ -109,7 +108,7 @@ def main(argv=None) -> int:
     return carry_out(
         'analyze',
         work,
-        (AnalysisError, OSError),
+        (ValueError, OSError),
         'interrupted; the same command continues where it was',
     )
 

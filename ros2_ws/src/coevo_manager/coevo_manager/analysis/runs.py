@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from coevo_manager.analysis.logs import read_log
 from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.episodes import Environment
-from coevo_manager.core.evolution.run_folder import (
-    RunFolderError,
-    read_configuration,
-    read_record,
-)
+from coevo_manager.core.evolution import algorithms
+from coevo_manager.core.evolution.checkpoint import check_content
+from coevo_manager.core.evolution.run_folder import LOGS, read_configuration, read_record
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
@@ -97,18 +96,15 @@ class Run:
 
         Raises
         ------
-        AnalysisError
-            It is missing, truncated, or does not hold what a snapshot holds.
+        AnalysisError, ReadingError
+            It is missing, damaged, or does not hold what a snapshot holds.
         """
         if generation not in self.snapshots:
             raise AnalysisError(
                 f'{self.folder}: the snapshot of generation {generation} is missing'
             )
         path = self.snapshots[generation]
-        try:
-            snapshot = read_snapshot(path)
-        except ValueError as error:
-            raise AnalysisError(str(error)) from None
+        snapshot = read_snapshot(path)
         size = self.configuration.population
         found = snapshot.fitness.shape
         if snapshot.generation != generation or found != (size, size):
@@ -120,23 +116,13 @@ class Run:
 
     def table(self, name: str) -> pd.DataFrame:
         """generations.csv or phases.csv, by its stem."""
-        path = self.folder / f'{name}.csv'
-        try:
-            table = pd.read_csv(path)
-        except (OSError, ValueError) as error:
-            raise AnalysisError(f'{path} cannot be read: {error}') from None
-        if 'generation' not in table or 'evolving' not in table:
-            raise AnalysisError(f'{path} lacks the columns generation and evolving')
-        return table
+        return read_log(self.folder / f'{name}.csv', LOGS[name])
 
 
 def read_run(folder: Path | str) -> Run:
-    """Open a run folder and check that no snapshot up to its last phase is missing."""
+    """Open a run folder and check that no snapshot up to its last phase is missing or damaged."""
     folder = Path(folder)
-    try:
-        configuration = read_configuration(folder)
-    except RunFolderError as error:
-        raise AnalysisError(str(error)) from None
+    configuration = read_configuration(folder)
     try:
         run = Run(folder, configuration, snapshots(folder))
     except ValueError as error:
@@ -150,6 +136,8 @@ def read_run(folder: Path | str) -> Run:
             f'{folder}: the snapshot of generation {missing[0]} is missing '
             f'({len(missing)} of {len(due)} are)'
         )
+    algorithm = algorithms.load(configuration.algorithm)(configuration)
+    check_content(folder, configuration, algorithm)
     return run
 
 

@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(make_template(options.values, options.preset), end='')
             return 0
         plan = make_plan(options.values, options.preset, options.out, options.resume)
-    except (ValueError, RunFolderError) as error:
+    except (ValueError, OSError) as error:
         return refuse('evolve', error)
     # Events are shown by the display; rosout and the log file get them as well.
     start_ros([*command_line, '--ros-args', '--disable-stdout-logs'])
@@ -70,6 +70,8 @@ def _evolve(plan: Plan, options: Options) -> int:
     try:
         with display:
             display.event(f'evolving into {plan.folder}')
+            for problem in plan.damage:
+                display.event(problem)
             outcome = run.run()
     except EvaluationError as error:
         return refuse('evolve', error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import itertools
 import math
@@ -23,11 +24,13 @@ from coevo_manager.core.evolution import (
     Outcome,
     PhaseStats,
     RunFolderError,
+    algorithms,
     check_new_folder,
     load_configuration,
     read_configuration,
     remarks,
 )
+from coevo_manager.core.evolution.checkpoint import find_sound
 from coevo_manager.evaluators.pool import RosEvaluator
 
 STATUS_PERIOD = 0.1
@@ -51,11 +54,17 @@ class Plan:
         The run folder.
     resume : bool
         Whether to go on with the run that the folder holds.
+    made : bool
+        Whether the folder was made for this plan; it goes again if the run does not begin.
+    damage : tuple of str
+        What was found damaged in the run that goes on, and is passed over.
     """
 
     configuration: Configuration
     folder: Path
     resume: bool
+    made: bool = False
+    damage: tuple[str, ...] = ()
 
 
 def make_plan(
@@ -79,6 +88,8 @@ def make_plan(
     ------
     ValueError, RunFolderError
         One sentence.
+    OSError
+        The folder of a new run cannot be made.
     """
     if resume is not None:
         held = read_configuration(resume)
@@ -88,14 +99,26 @@ def make_plan(
                 f'{resume} holds a run of another configuration '
                 f'(there, here): {"; ".join(differences(held, wanted))}'
             )
-        return Plan(held, resume, resume=True)
+        damage: list[str] = []
+        find_sound(resume, held, algorithms.load(held.algorithm)(held), damage.append)
+        return Plan(held, resume, resume=True, damage=tuple(damage))
     configuration = load_configuration(values, preset)
     if out is None:
-        stem = f'{configuration.algorithm}-{configuration.seed}'
-        folders = (Path('runs', f'{stem}-{number}') for number in itertools.count(1))
-        out = next(folder for folder in folders if not folder.exists())
+        folder = _make_folder(f'{configuration.algorithm}-{configuration.seed}')
+        return Plan(configuration, folder, resume=False, made=True)
     check_new_folder(out)
     return Plan(configuration, out, resume=False)
+
+
+def _make_folder(stem: str) -> Path:
+    """Make the first folder that is free, which makes it this process's own."""
+    Path('runs').mkdir(exist_ok=True)
+    for number in itertools.count(1):
+        folder = Path('runs', f'{stem}-{number}')
+        with contextlib.suppress(FileExistsError):
+            folder.mkdir()
+            break
+    return folder
 
 
 @dataclasses.dataclass(frozen=True)
@@ -221,6 +244,9 @@ class Run:
             return Outcome(finished=False, folder=plan.folder, report='')
         finally:
             explanation.cancel()
+            if plan.made:
+                with contextlib.suppress(OSError):  # it is not empty: the run began
+                    plan.folder.rmdir()
             self._evaluator.close()
             self._node.destroy_publisher(self._publisher)
 

@@ -1,12 +1,9 @@
 """Where genomes come from: the run that evolved them, and what robots it gave them."""
 
-import json
-import zipfile
 from dataclasses import dataclass
 
-import numpy as np
-
 from neuro_controller.core.controller import settings_column
+from neuro_controller.core.reading import parse_json, read_arrays, read_text, reading
 
 PREDATOR_SPEEDS = {'open': 8.5, 'obstacle': 10.0}
 """Highest wheel speed of predators, rad/s, in runs that left it to the paper (A1, section 5)."""
@@ -54,7 +51,7 @@ class Origin:
             The text is no record of a run.
         """
         try:
-            content = json.loads(record)
+            content = parse_json(record)
             name = content.get('run', run)
             commit = content.get('versions', {}).get('commit', 'unknown')
             origin = cls(str(name), generation, str(commit), dict(content['configuration']))
@@ -92,22 +89,19 @@ def read_origin(path):
 
     Raises
     ------
-    ValueError
-        Nothing tells how the genomes evolved.
+    ReadingError
+        The file is damaged, or nothing tells how the genomes evolved.
     """
     in_folder = path.parent.name == 'snapshots'
     run = path.resolve().parent.parent.name if in_folder else path.stem
-    try:
-        with np.load(path, allow_pickle=False) as arrays:
-            generation = int(arrays['generation'])
-            record = str(arrays['run']) if 'run' in arrays else _record_beside(path)
-        return Origin.parse(record, run, generation)
-    except (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
-        raise ValueError(f'{path} does not tell how its genomes evolved: {error}') from None
+    arrays = read_arrays(path, ('generation',))
+    with reading(path):
+        record = str(arrays['run']) if 'run' in arrays else _record_beside(path)
+        return Origin.parse(record, run, int(arrays['generation']))
 
 
 def _record_beside(path):
     record = path.resolve().parent.parent / 'run.json'
     if not record.is_file():
         raise ValueError(f'it holds no run, and {record} does not exist')
-    return record.read_text(encoding='utf-8')
+    return read_text(record)

@@ -40,12 +40,13 @@ def reading(path: Path | str) -> Iterator[None]:
     except OSError as error:
         raise ReadingError(f'{path} cannot be read: {error.strerror or error}') from None
     except Exception as error:
-        reason = ' '.join(str(error).split()) or type(error).__name__
+        reason = f'it lacks {error}' if isinstance(error, KeyError) else str(error)
+        reason = ' '.join(reason.split()) or type(error).__name__
         raise ReadingError(f'{path} is damaged: {reason[:300]}') from None
 
 
 @contextlib.contextmanager
-def _opened(path: Path | str) -> Iterator[BinaryIO]:
+def opened(path: Path | str) -> Iterator[BinaryIO]:
     """Open a file; a named pipe that nobody writes to is empty, and not waited for."""
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     os.set_blocking(descriptor, True)
@@ -61,7 +62,7 @@ def read_bytes(path: Path | str, limit: int) -> bytes:
     ReadingError
         It cannot be read, or has more than `limit` bytes.
     """
-    with reading(path), _opened(path) as file:
+    with reading(path), opened(path) as file:
         content = file.read(limit + 1)
         if len(content) > limit:
             raise ValueError(f'it has more than {limit} bytes')
@@ -118,7 +119,7 @@ def read_arrays(
         It is no such file or damaged, lacks an array, or has one that asks for too much memory or
         holds anything but numbers and text.
     """
-    with reading(path), _opened(path) as file, zipfile.ZipFile(file) as archive:
+    with reading(path), opened(path) as file, zipfile.ZipFile(file) as archive:
         members = {info.filename.removesuffix('.npy'): info for info in archive.infolist()}
         if len(members) < len(archive.infolist()):
             raise ValueError('it holds two arrays of one name')

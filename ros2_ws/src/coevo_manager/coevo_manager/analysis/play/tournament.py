@@ -10,7 +10,6 @@ import hashlib
 import json
 import multiprocessing
 import uuid
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -21,6 +20,7 @@ import numpy as np
 
 from coevo_manager.analysis.runs import AnalysisError
 from coevo_manager.core.episodes import Environment
+from neuro_controller.core.reading import ReadingError, read_arrays
 
 EPISODES_A_CALL = 5000  # at least a good part of a second of work
 
@@ -104,9 +104,8 @@ class Store:
     def load(self, digest: str) -> dict[str, np.ndarray] | None:
         """The stored arrays; None when there are none or the file is damaged."""
         try:
-            with np.load(self.path(digest), allow_pickle=False) as data:
-                return dict(data)
-        except (OSError, EOFError, ValueError, zipfile.BadZipFile):
+            return read_arrays(self.path(digest))
+        except ReadingError:
             return None
 
     def __contains__(self, digest: str) -> bool:
@@ -157,7 +156,7 @@ class Evaluations:
     def __getitem__(self, block: Block) -> Result:
         """The result of a block, evaluated now where the store lacks it."""
         arrays = self.store.load(block.digest)
-        if arrays is None:
+        if arrays is None or not _fits(arrays, block):
             self.store.path(block.digest).unlink(missing_ok=True)
             self.prepare([block])
             arrays = self.store.load(block.digest)
@@ -183,7 +182,7 @@ class Evaluations:
         found = {}
         for digest, _ in jobs:
             stored = self.store.load(digest)
-            if stored is not None:
+            if stored is not None and 'result' in stored:
                 found[digest] = stored['result']
         missing = {digest: arguments for digest, arguments in jobs if digest not in found}
         advance(len(jobs) - len(missing))
@@ -231,6 +230,13 @@ class Evaluations:
             raise AnalysisError(
                 f'the Dask cluster lost its workers again and again: {error}'
             ) from None
+
+
+def _fits(arrays: dict[str, np.ndarray], block: Block) -> bool:
+    """Whether stored arrays have the names and shapes of a block's result."""
+    shape = len(block.predators), len(block.prey)
+    expected = {'ticks': shape} | ({'complexity': (*shape, 2)} if block.complexity else {})
+    return {name: array.shape for name, array in arrays.items()} == expected
 
 
 def content_hash(*parts) -> str:

@@ -30,14 +30,14 @@ def make_parser() -> Parser:
 
 
 def main(argv=None) -> int:
-    """Run the executable; return 0, 2 for bad input, 130 when interrupted."""
+    """Run the executable; return 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     options = make_parser().parse_args(argv)
     from rich.console import Console
     from rich.progress import Progress
 
     from coevo_manager.analysis.figures.draw import save
     from coevo_manager.analysis.report.tables import write
-    from coevo_manager.analysis.runs import AnalysisError, read_run
+    from coevo_manager.analysis.runs import read_run
     from coevo_manager.analysis.transfer.measure import conditions, measure_transfer
     from coevo_manager.analysis.transfer.report import draw_transfer, to_markdown
     from coevo_manager.core.evolution.files import write_whole
@@ -61,7 +61,7 @@ def main(argv=None) -> int:
         print(options.out / 'transfer.md')
         return 0
 
-    return carry_out('transfer', work, (AnalysisError, OSError))
+    return carry_out('transfer', work, (ValueError, OSError))
 
 
 if __name__ == '__main__':

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import zipfile
-from collections.abc import Mapping
+import reprlib
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,18 +13,19 @@ import numpy as np
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm
 from coevo_manager.core.evolution.files import npz_bytes, write_whole
+from coevo_manager.core.evolution.seal import Seal
 from coevo_manager.core.evolution.state import State
+from coevo_manager.core.species import SPECIES
+from neuro_controller.core.genome import check_genomes
+from neuro_controller.core.reading import ReadingError, read_arrays, reading
 
-VERSION = 1
+VERSION = 2
 KEPT = 2
 """Checkpoints kept in a folder."""
 
+_LIMIT = 2**30  # bytes of an array: a hall of fame of 600,000 champions
 _COUNTERS = ('phase', 'generation', 'episodes', 'ticks')
 _ALGORITHM = 'algorithm_'
-
-
-class CheckpointError(Exception):
-    """A checkpoint cannot be used; one sentence that says why."""
 
 
 def save(
@@ -32,7 +33,7 @@ def save(
     configuration: Configuration,
     state: State,
     algorithm: Algorithm,
-    log_sizes: dict[str, int],
+    seal: Seal,
 ) -> None:
     """Write the checkpoint of a completed phase and drop all but the last two.
 
@@ -42,8 +43,8 @@ def save(
     configuration : Configuration
     state : State
     algorithm : Algorithm
-    log_sizes : dict
-        Sizes of the logs that belong to it, bytes, by name.
+    seal : Seal
+        Of the logs and snapshots that belong to it.
 
     Raises
     ------
@@ -58,7 +59,7 @@ def save(
         'capture_ticks': state.capture_ticks,
         'evolving': np.array(state.evolving),
         **{name: np.int64(getattr(state, name)) for name in _COUNTERS},
-        **{f'{name}_size': np.int64(size) for name, size in log_sizes.items()},
+        **seal.arrays(),
         **{_ALGORITHM + name: array for name, array in algorithm.arrays().items()},
     }
     arrays['sha256'] = np.array(_digest(arrays))
@@ -78,9 +79,7 @@ def newest_first(folder: Path) -> list[Path]:
     return sorted(paths, key=lambda path: (len(path.name), path.name), reverse=True)
 
 
-def load(
-    path: Path, configuration: Configuration, algorithm: Algorithm, logs: tuple[str, ...]
-) -> tuple[State, dict[str, int]]:
+def load(path: Path, configuration: Configuration, algorithm: Algorithm) -> tuple[State, Seal]:
     """Read a checkpoint.
 
     Parameters
@@ -90,47 +89,112 @@ def load(
         The run's; a checkpoint of another one is refused.
     algorithm : Algorithm
         Gets back its arrays.
-    logs : tuple of str
-        Names of the logs.
 
     Returns
     -------
-    State, log sizes by name
+    State, Seal
 
     Raises
     ------
-    CheckpointError
+    ReadingError
+        It is damaged or of another run; the seal is not compared with the files.
     """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile, NotImplementedError):
-        raise CheckpointError(f'{path} is damaged') from None
-    digest = arrays.pop('sha256', None)
-    if digest is None or str(digest) != _digest(arrays):
-        raise CheckpointError(f'{path} is damaged: its checksum does not match')
-    if arrays['version'] != VERSION:
-        raise CheckpointError(
-            f'{path} has format version {arrays["version"]}, this program reads {VERSION}'
+    arrays = read_arrays(path, limit=_LIMIT)
+    with reading(path):
+        if arrays['version'] != VERSION:
+            raise ReadingError(
+                f'{path} has format version {arrays["version"]}, this program reads {VERSION}'
+            )
+        if str(arrays.pop('sha256')) != _digest(arrays):
+            raise ValueError('its checksum does not match')
+        if str(arrays['configuration']) != _identity(configuration):
+            raise ReadingError(f'{path} belongs to a run of another configuration')
+        algorithm.restore(
+            {
+                name.removeprefix(_ALGORITHM): array
+                for name, array in arrays.items()
+                if name.startswith(_ALGORITHM)
+            }
         )
-    if str(arrays['configuration']) != _identity(configuration):
-        raise CheckpointError(f'{path} belongs to a run of another configuration')
-    state = State(
-        arrays['predators'],
-        arrays['prey'],
-        arrays['capture_ticks'],
-        configuration.episode_ticks,
-        str(arrays['evolving']),
-        *(int(arrays[name]) for name in _COUNTERS),
-    )
-    algorithm.restore(
-        {
-            name.removeprefix(_ALGORITHM): array
-            for name, array in arrays.items()
-            if name.startswith(_ALGORITHM)
-        }
-    )
-    return state, {name: int(arrays[f'{name}_size']) for name in logs}
+        return _state(arrays, configuration), Seal.of(arrays)
+
+
+def _state(arrays: Mapping[str, np.ndarray], configuration: Configuration) -> State:
+    size, longest = configuration.population, configuration.episode_ticks
+    genomes = [check_genomes(arrays[name], name) for name in ('predators', 'prey')]
+    ticks, evolving = arrays['capture_ticks'], str(arrays['evolving'])
+    if [len(population) for population in genomes] != [size, size]:
+        raise ValueError(f'its populations are not of {size}')
+    if ticks.shape != (size, size) or ticks.dtype != np.int32:
+        raise ValueError(f'capture_ticks has shape {ticks.shape} of {ticks.dtype}')
+    if ticks.min() < 1 or ticks.max() > longest:
+        raise ValueError(f'capture_ticks does not lie in 1 to {longest}')
+    if evolving not in SPECIES:
+        raise ValueError(f'evolving is {reprlib.repr(evolving)}')
+    counters = [int(arrays[name]) for name in _COUNTERS]
+    if min(counters) < 0:
+        raise ValueError(f'one of {", ".join(_COUNTERS)} is negative')
+    return State(genomes[0], genomes[1], ticks, longest, evolving, *counters)
+
+
+def find_sound(
+    folder: Path,
+    configuration: Configuration,
+    algorithm: Algorithm,
+    tell: Callable[[str], None] = lambda problem: None,
+) -> tuple[State, Seal] | None:
+    """Find the newest checkpoint that is sound, as are the logs and snapshots that belong to it.
+
+    Parameters
+    ----------
+    folder : Path
+        The run folder.
+    configuration : Configuration
+        The run's.
+    algorithm : Algorithm
+        Gets back its arrays.
+    tell : callable
+        Told of each checkpoint that is passed over.
+
+    Returns
+    -------
+    State and Seal, or None where the run had not reached a checkpoint.
+
+    Raises
+    ------
+    ReadingError
+        There are checkpoints, but none is sound.
+    """
+    problems: list[str] = []
+    for path in newest_first(folder / 'checkpoint'):
+        try:
+            state, seal = load(path, configuration, algorithm)
+            seal.check(folder)
+            return state, seal
+        except ReadingError as error:
+            tell(f'{error}; trying the checkpoint before {path.name}')
+            if str(error) not in problems:
+                problems.append(str(error))
+    if problems:
+        raise ReadingError(f'{folder} cannot go on: {"; ".join(problems)}')
+    return None
+
+
+def check_content(folder: Path, configuration: Configuration, algorithm: Algorithm) -> None:
+    """Compare a run's logs and snapshots with what its newest readable checkpoint vouches for.
+
+    Raises
+    ------
+    ReadingError
+        One of them is not what the run wrote.
+    """
+    for path in newest_first(folder / 'checkpoint'):
+        try:
+            _, seal = load(path, configuration, algorithm)
+        except ReadingError:
+            continue
+        seal.check(folder)
+        return
 
 
 def _identity(configuration: Configuration) -> str:

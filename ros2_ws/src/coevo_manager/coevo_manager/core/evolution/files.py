@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import os
+import secrets
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -13,18 +15,21 @@ import numpy as np
 TEMPORARY = '.partial'
 """Suffix of a file being written."""
 
+OWN = os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
+"""Flags that open a file of ours, and not what a link of its name leads to."""
+
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write beside, flush to the disk and rename.
+    """Write beside, flush to the disk and rename; a link is replaced, not followed.
 
     Raises
     ------
     OSError
         The file was not written; what stood under this name still does.
     """
-    beside = path.with_name(path.name + TEMPORARY)
+    beside = path.with_name(f'{path.name}.{secrets.token_hex(4)}{TEMPORARY}')
     try:
-        with beside.open('wb') as file:
+        with os.fdopen(os.open(beside, os.O_WRONLY | os.O_EXCL | OWN, 0o666), 'wb') as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
@@ -56,17 +61,14 @@ class DurableLog:
     header : str
         First line, written when the file is new or cut to nothing.
     size : int
-        Bytes to keep of an existing file; the rest is cut.
+        Bytes to keep of an existing file, which has as many; the rest is cut.
     """
 
     def __init__(self, path: Path, header: str, size: int) -> None:
-        self._path = path
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        if os.fstat(self._descriptor).st_size < size:
-            os.close(self._descriptor)
-            raise ValueError(f'{path} is shorter than its checkpoint says')
-        self.size = size
+        self._descriptor = os.open(path, os.O_RDWR | OWN, 0o666)
         os.ftruncate(self._descriptor, size)
+        self.size = size
+        self._hash = hashlib.sha256(os.pread(self._descriptor, size, 0))
         if not size:
             self.append(header + '\n')
 
@@ -82,6 +84,12 @@ class DurableLog:
             os.ftruncate(self._descriptor, self.size)
             raise
         self.size += len(content)
+        self._hash.update(content)
+
+    @property
+    def sha256(self) -> bytes:
+        """Hash of what it holds."""
+        return self._hash.digest()
 
     def close(self) -> None:
         """Close the file."""

@@ -6,6 +6,7 @@ import contextlib
 import copy
 import datetime
 import fcntl
+import hashlib
 import json
 import os
 import platform
@@ -24,9 +25,16 @@ from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import checkpoint
 from coevo_manager.core.evolution.algorithm import Algorithm
 from coevo_manager.core.evolution.commit import source_commit
-from coevo_manager.core.evolution.files import TEMPORARY, DurableLog, npz_bytes, write_whole
+from coevo_manager.core.evolution.files import (
+    OWN,
+    TEMPORARY,
+    DurableLog,
+    npz_bytes,
+    write_whole,
+)
 from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
+from coevo_manager.core.evolution.seal import Seal, snapshot_name
 from coevo_manager.core.evolution.state import State
 from neuro_controller.core.reading import ReadingError, parse_json, read_text, reading
 
@@ -41,7 +49,8 @@ PHASE_COLUMNS = (
     'phase', 'generation', 'evolving', 'predator_fitness', 'prey_fitness', 'retained',
     'episodes', 'ticks',
 )  # fmt: skip
-_LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
+_FOLDERS = ('snapshots', 'checkpoint')
+LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
 _BEFORE_WORLDS = {
     'world': 'faithful',
     'wall_contact': 'slide',
@@ -53,7 +62,7 @@ _BEFORE_WORLDS = {
 _PACKAGES = ('numpy', 'numba', 'cma')
 
 
-class RunFolderError(Exception):
+class RunFolderError(ValueError):
     """A run folder cannot be used or written; one sentence that says why and what to do."""
 
 
@@ -151,10 +160,18 @@ class RunFolder:
         self._writer = ThreadPoolExecutor(1)
         self._saving: Future[None] | None = None
         self._logs: dict[str, DurableLog] = {}
+        self._snapshots: dict[int, bytes] = {}
+        self._record = ''
         self._events_lock = threading.Lock()
+        for name in (*_FOLDERS, 'run.log', *(f'{name}.csv' for name in LOGS)):
+            if (path / name).is_symlink():
+                raise RunFolderError(
+                    f'{path / name} is a symbolic link, which a run does not write through'
+                )
         with self._writing('run.log'):
-            self._events = (path / 'run.log').open('a')
-            for name in ('snapshots', 'checkpoint'):
+            events = os.open(path / 'run.log', os.O_WRONLY | os.O_APPEND | OWN, 0o666)
+            self._events = os.fdopen(events, 'a', encoding='utf-8')
+            for name in _FOLDERS:
                 (path / name).mkdir(exist_ok=True)
         try:
             fcntl.flock(self._events, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -179,10 +196,27 @@ class RunFolder:
         }
         try:
             path.mkdir(parents=True, exist_ok=True)
-            write_whole(path / 'run.json', (json.dumps(content, indent=2) + '\n').encode())
         except OSError as error:
+            raise RunFolderError(f'cannot make {path}: {error.strerror}') from None
+        folder = cls(path)
+        try:
+            if (path / 'run.json').exists():
+                raise RunFolderError(f'another process began a run in {path}')
+            folder._record = json.dumps(content, indent=2) + '\n'
+            write_whole(path / 'run.json', folder._record.encode())
+        except OSError as error:
+            folder.close()
+            folder._remove()
             raise RunFolderError(f'cannot write {path}: {error.strerror}') from None
-        return cls(path)
+        return folder
+
+    def _remove(self) -> None:
+        """Remove what there is of a run that could not begin."""
+        with contextlib.suppress(OSError):
+            (self.path / 'run.log').unlink()
+            for name in _FOLDERS:
+                (self.path / name).rmdir()
+            self.path.rmdir()
 
     def restore(self, configuration: Configuration, algorithm: Algorithm) -> State | None:
         """Go back to the newest sound checkpoint; None when the run had not reached any.
@@ -195,24 +229,23 @@ class RunFolder:
         RunFolderError
             There are checkpoints, but none is sound.
         """
-        for leftover in self.path.rglob('*' + TEMPORARY):
-            leftover.unlink()
-        problems = []
-        for path in checkpoint.newest_first(self.path / 'checkpoint'):
-            try:
-                state, sizes = checkpoint.load(path, configuration, algorithm, tuple(_LOGS))
-                self._open_logs(sizes)
-            except (checkpoint.CheckpointError, ValueError) as error:
-                problems.append(str(error))
-                self.log(f'{error}; trying the checkpoint before it')
-                continue
-            checkpoint.drop_old(self.path / 'checkpoint')
-            self.log(f'resumed after phase {state.phase}, generation {state.generation}')
-            return state
-        if problems:
-            raise RunFolderError(f'no sound checkpoint left: {"; ".join(problems)}')
-        self._open_logs(dict.fromkeys(_LOGS, 0))
-        return None
+        try:
+            self._record = read_text(self.path / 'run.json')
+            sound = checkpoint.find_sound(self.path, configuration, algorithm, self.log)
+        except ReadingError as error:
+            raise RunFolderError(str(error)) from None
+        with self._writing('leftovers'):
+            for leftover in self.path.rglob('*' + TEMPORARY):
+                leftover.unlink()
+        if sound is None:
+            self._open_logs(dict.fromkeys(LOGS, 0))
+            return None
+        state, seal = sound
+        self._open_logs({name: size for name, (size, _) in seal.logs.items()})
+        self._snapshots = seal.snapshots
+        checkpoint.drop_old(self.path / 'checkpoint')
+        self.log(f'resumed after phase {state.phase}, generation {state.generation}')
+        return state
 
     def save(
         self,
@@ -242,12 +275,13 @@ class RunFolder:
         def write() -> None:
             for name, rows in logged.items():
                 with self._writing(f'{name}.csv'):
-                    self._logs[name].append(''.join(_row(stats, _LOGS[name]) for stats in rows))
+                    self._logs[name].append(''.join(_row(stats, LOGS[name]) for stats in rows))
             if snapshot:
                 self._save_snapshot(state)
-            sizes = {name: log.size for name, log in self._logs.items()}
+            logs = {name: (log.size, log.sha256) for name, log in self._logs.items()}
+            seal = Seal(logs, self._snapshots)
             with self._writing('checkpoint'):
-                checkpoint.save(self.path / 'checkpoint', configuration, state, algorithm, sizes)
+                checkpoint.save(self.path / 'checkpoint', configuration, state, algorithm, seal)
 
         self._saving = self._writer.submit(write)
 
@@ -264,17 +298,19 @@ class RunFolder:
             saving.result()
 
     def _save_snapshot(self, state: State) -> None:
-        name = f'snapshots/gen_{state.generation:06d}.npz'
+        name = snapshot_name(state.generation)
         arrays: dict[str, np.ndarray | np.generic] = {
             'version': np.int64(VERSION),
             'generation': np.int64(state.generation),
             'predators': state.predators,
             'prey': state.prey,
             'fitness': (state.fitness('predator') / state.episode_ticks).astype(np.float32),
+            'run': np.array(self._record),
         }
+        content = npz_bytes(arrays)
         with self._writing(name):
-            arrays['run'] = np.array((self.path / 'run.json').read_text(encoding='utf-8'))
-            write_whole(self.path / name, npz_bytes(arrays))
+            write_whole(self.path / name, content)
+        self._snapshots[state.generation] = hashlib.sha256(content).digest()
 
     def save_report(self, text: str) -> None:
         """Write report.md; RunFolderError when that fails."""
@@ -301,7 +337,7 @@ class RunFolder:
 
     def _open_logs(self, sizes: dict[str, int]) -> None:
         with self._writing('logs'):
-            for name, columns in _LOGS.items():
+            for name, columns in LOGS.items():
                 self._logs[name] = DurableLog(
                     self.path / f'{name}.csv', ','.join(columns), sizes[name]
                 )

@@ -9,6 +9,7 @@ from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
 from coevo_manager.core.evolution.selection import fittest
 from coevo_manager.core.evolution.state import State
 from coevo_manager.core.species import OTHER, SPECIES
+from neuro_controller.core.genome import check_genomes
 
 
 class HallOfFame(Algorithm):
@@ -51,4 +52,7 @@ class HallOfFame(Algorithm):
 
     def restore(self, arrays: dict[str, np.ndarray]) -> None:
         """Take back both halls."""
-        self._halls = {species: list(arrays[f'hall_{species}']) for species in SPECIES}
+        self._halls = {
+            species: list(check_genomes(arrays[f'hall_{species}'], f'hall_{species}'))
+            for species in SPECIES
+        }
