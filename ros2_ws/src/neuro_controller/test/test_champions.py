@@ -111,7 +111,7 @@ def test_a_genome_without_its_run_is_refused_in_a_sentence(tmp_path, record, sen
     write_snapshot(path, 1, [[0.5]], **({} if record is None else {'run': record}))
     with pytest.raises(ValueError, match=r'^[^\n]*$') as error:
         select_champion(str(path), 'prey')
-    assert f'{path} does not tell how its genomes evolved: ' in str(error.value)
+    assert f'{path} is damaged: ' in str(error.value)
     assert sentence in str(error.value)
 
 
@@ -123,8 +123,8 @@ def test_a_genome_without_its_run_is_refused_in_a_sentence(tmp_path, record, sen
         ('{}:x', 'expected RUN, RUN:GENERATION or RUN:GENERATION:RANK'),
         ('{}/nowhere', 'does not exist'),
         ('{}/snapshots', 'holds no snapshots'),
-        ('{}/bad.npz', 'is not a snapshot'),
-        ('{}/other.npz', 'is not a snapshot'),
+        ('{}/bad.npz', 'is damaged'),
+        ('{}/other.npz', 'is damaged'),
         ('shipped/nothing', 'does not exist'),
     ],
 )

@@ -1,5 +1,6 @@
 """Run folders: how they are grouped, and one clear sentence for each that cannot be used."""
 
+import re
 import shutil
 
 import numpy as np
@@ -74,20 +75,26 @@ def test_missing_snapshot(copies, capsys):
     assert 'the snapshot of generation 20 is missing' in message
 
 
+def unsealed(run):
+    """The run without its checkpoints, which vouch for what it wrote."""
+    shutil.rmtree(run / 'checkpoint')
+    return run
+
+
 def test_truncated_snapshot(copies, capsys):
     path = copies[0] / 'snapshots' / 'gen_000030.npz'
     path.write_bytes(path.read_bytes()[:-2000])
-    assert f'{path} is not a snapshot' in refusal(capsys, copies)
+    assert f'{path} is damaged' in refusal(capsys, copies)
 
 
 def test_pickled_snapshot_is_never_opened(copies, capsys):
     path = copies[0] / 'snapshots' / 'gen_000030.npz'
     np.savez(path, generation=30, predators=np.array([object()]), prey=1, fitness=1)
-    assert f'{path} is not a snapshot' in refusal(capsys, copies)
+    assert f'{path} is damaged' in refusal(capsys, copies)
 
 
 def test_snapshot_of_another_shape(copies, capsys):
-    path = copies[0] / 'snapshots' / 'gen_000030.npz'
+    path = unsealed(copies[0]) / 'snapshots' / 'gen_000030.npz'
     with np.load(path) as data:
         arrays = dict(data)
     np.savez(path, **arrays | {'prey': arrays['prey'][:3]})
@@ -104,9 +111,48 @@ def test_snapshot_of_another_shape(copies, capsys):
     assert 'prey has the value nan as gene 0' in refusal(capsys, copies)
 
 
-def test_damaged_log(copies, capsys):
-    (copies[0] / 'phases.csv').write_text('nothing\n')
-    assert 'phases.csv' in refusal(capsys, copies)
+@pytest.mark.parametrize('name', ['generations.csv', 'phases.csv', 'snapshots/gen_000010.npz'])
+def test_a_wrong_byte_anywhere_is_found(copies, capsys, name):
+    path = copies[0] / name
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 1
+    path.write_bytes(content)
+    assert f'{path} is damaged: ' in refusal(capsys, copies)
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'sentence'),
+    [
+        ('phase,', 'phases,', 'line 1 does not name the columns'),
+        (',prey,', ',pray,', 'line 4, evolving is pray'),
+        ('0,0,,', '0,0,,0,', 'line 2 does not have 8 values'),
+        ('1,10,', '1,x,', 'invalid literal|x'),
+        ('2,20,', '2,2,', 'line 4, generation is 2'),
+        ('4,40,prey,0.', '4,40,prey,7.', 'line 6, predator_fitness is 7'),
+        ('3,30,predator,0.', '3,30,predator,nan', 'nan|line 5'),
+        ('\n4,', '4,', 'line 5 does not have 8 values'),
+        ('\n4,40', '\n\n4,40', 'line 6 does not have 8 values'),
+    ],
+)
+def test_damaged_log(copies, capsys, old, new, sentence):
+    path = unsealed(copies[0]) / 'phases.csv'
+    text = path.read_text()
+    assert text.count(old) >= 1
+    path.write_text(text.replace(old, new, 1))
+    message = refusal(capsys, copies)
+    assert f'{path} is damaged: ' in message
+    assert re.search(sentence, message)
+
+
+def test_a_log_that_is_cut_off(copies, capsys):
+    path = unsealed(copies[0]) / 'phases.csv'
+    path.write_bytes(path.read_bytes()[:-3])
+    assert 'phases.csv is damaged: line 6 is cut off' in refusal(capsys, copies)
+    path.write_bytes(b'\xff' + path.read_bytes())
+    assert 'line 1, byte 0xff is not UTF-8' in refusal(capsys, copies)
+    path.unlink()
+    path.mkdir()
+    assert 'phases.csv cannot be read: Is a directory' in refusal(capsys, copies)
 
 
 def test_no_replications(tiny, capsys, tmp_path):

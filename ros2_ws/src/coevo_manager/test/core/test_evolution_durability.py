@@ -176,7 +176,7 @@ def test_a_pickle_is_never_loaded(tmp_path):
     stop_after(folder, load_configuration(VALUES), 2)
     for path in (folder / 'checkpoint').iterdir():
         np.savez(path, version=np.array([Trap()], object), sha256=np.array([Trap()], object))
-    with pytest.raises(RunFolderError, match=r'no sound checkpoint left: .* is damaged'):
+    with pytest.raises(RunFolderError, match=r'cannot go on: .* is damaged'):
         resume(folder)
     assert not (tmp_path / 'sprung').exists()
 
@@ -187,17 +187,96 @@ def test_without_any_sound_checkpoint_nothing_is_touched(tmp_path):
     for path in (folder / 'checkpoint').iterdir():
         truncate(path)
     before = contents(folder)
-    with pytest.raises(RunFolderError, match=r'no sound checkpoint left: .*; .*'):
+    with pytest.raises(RunFolderError, match=r'cannot go on: .*; .*'):
         resume(folder)
     assert contents(folder) == before
 
 
-def test_a_log_shorter_than_the_checkpoint_says(tmp_path):
+@pytest.mark.parametrize(
+    'name',
+    ['generations.csv', 'phases.csv', 'snapshots/gen_000000.npz', 'snapshots/gen_000015.npz'],
+)
+@pytest.mark.parametrize('damage', [truncate, flip_a_bit, Path.unlink])
+def test_damage_that_the_run_would_carry_on_is_refused(tmp_path, name, damage):
     folder = tmp_path / 'run'
     stop_after(folder, load_configuration(VALUES), 5)
-    truncate(folder / 'generations.csv')
-    with pytest.raises(RunFolderError, match=r'generations\.csv is shorter'):
+    damage(folder / name)
+    before = contents(folder)
+    with pytest.raises(RunFolderError, match=f'{name} (is damaged|cannot be read): '):
         resume(folder)
+    assert contents(folder) == before
+
+
+def test_damage_after_the_checkpoint_before_is_made_good(tmp_path, whole):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 5)
+    path = folder / 'phases.csv'
+    content = bytearray(path.read_bytes())
+    content[-3] ^= 1
+    path.write_bytes(content)
+    assert resume(folder).finished
+    assert contents(folder) == whole
+    log = (folder / 'run.log').read_text()
+    assert 'phases.csv is damaged: its first' in log
+    assert 'resumed after phase 4, generation 20' in log
+
+
+def resigned(path, **changes):
+    """Change a checkpoint and sign it anew."""
+    with np.load(path) as file:
+        arrays = {name: array for name, array in file.items() if name != 'sha256'}
+    arrays |= changes
+    arrays = {name: array for name, array in arrays.items() if array is not None}
+    arrays['sha256'] = np.array(checkpoint._digest(arrays))
+    with path.open('wb') as file:
+        np.savez(file, **arrays)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'sentence'),
+    [
+        ({'prey': None}, "it lacks 'prey'"),
+        ({'snapshots': None}, "it lacks 'snapshots'"),
+        ({'algorithm_hall_prey': None}, "it lacks 'hall_prey'"),
+        ({'algorithm_hall_prey': np.zeros((2, 3))}, r'hall_prey has shape \(2, 3\)'),
+        ({'prey': np.zeros((3, 442), np.float32)}, 'its populations are not of 16'),
+        ({'capture_ticks': np.zeros((16, 16), np.int32)}, 'does not lie in 1 to 150'),
+        ({'capture_ticks': np.ones((16, 16))}, 'of float64'),
+        ({'evolving': np.array('cat')}, "evolving is 'cat'"),
+        ({'ticks': np.int64(-1)}, 'is negative'),
+        ({'snapshots': np.arange(3)}, 'zip'),
+    ],
+)
+def test_a_checkpoint_that_makes_no_sense_is_refused(tmp_path, changes, sentence):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 0)
+    resigned(folder / 'checkpoint' / 'phase_000000.npz', **changes)
+    with pytest.raises(RunFolderError, match=f'phase_000000.npz is damaged: .*{sentence}'):
+        resume(folder)
+
+
+@pytest.mark.parametrize('name', ['run.log', 'generations.csv', 'phases.csv', 'snapshots'])
+def test_links_are_not_written_through(tmp_path, name):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 1)
+    target = tmp_path / 'target'
+    (folder / name).rename(target)
+    before = target.read_bytes() if target.is_file() else contents(target)
+    (folder / name).symlink_to(target)
+    with pytest.raises(RunFolderError, match=f'{name} is a symbolic link'):
+        resume(folder)
+    assert (target.read_bytes() if target.is_file() else contents(target)) == before
+
+
+def test_a_link_in_place_of_a_file_is_replaced(tmp_path, whole):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 5)
+    (tmp_path / 'target').write_text('mine')
+    for name in ('report.md', 'snapshots/gen_000030.npz', 'checkpoint/phase_000006.npz'):
+        (folder / name).symlink_to(tmp_path / 'target')
+    assert resume(folder).finished
+    assert contents(folder) == whole
+    assert (tmp_path / 'target').read_text() == 'mine'
 
 
 def test_another_configuration_is_refused(tmp_path):
@@ -223,10 +302,10 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path):
 
 def test_a_checkpoint_of_another_version_is_named(tmp_path, monkeypatch):
     folder = tmp_path / 'run'
-    monkeypatch.setattr(checkpoint, 'VERSION', 2)
+    monkeypatch.setattr(checkpoint, 'VERSION', 3)
     stop_after(folder, load_configuration(VALUES), 0)
     monkeypatch.undo()
-    with pytest.raises(RunFolderError, match='has format version 2, this program reads 1'):
+    with pytest.raises(RunFolderError, match='has format version 3, this program reads 2'):
         resume(folder)
 
 
