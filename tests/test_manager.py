@@ -123,8 +123,8 @@ def test_one_run_at_a_time(manager, tmp_path):
     [
         ({'configuration': '{populaton: 3}'}, 'unknown configuration key populaton'),
         ({'configuration': '{population: -3}'}, 'population is -3, expected a whole number'),
-        ({'configuration': '[1, 2]'}, "configuration is '[1, 2]', expected a mapping"),
-        ({'configuration': '{a: '}, 'configuration is not YAML'),
+        ({'configuration': '[1, 2]'}, 'configuration is [1, 2], expected a mapping'),
+        ({'configuration': '{a: '}, 'configuration is neither JSON nor YAML'),
         ({'preset': 'slow'}, "preset is 'slow', expected one of quick, paper"),
         ({'resume': True}, 'expected the folder alone in a goal that resumes'),
         ({'resume': True, 'out': '/nowhere'}, '/nowhere holds no run'),

@@ -65,7 +65,9 @@ def make_parser() -> Parser:
         help='folder of stored episode results (default: OUT/cache)',
     )
     parser.add_argument(
-        '--dask', metavar='ADDRESS', help='scheduler of a Dask cluster to use instead'
+        '--dask',
+        metavar='ADDRESS',
+        help='scheduler of a Dask cluster to use instead, tls://HOST:PORT or tcp://HOST:PORT',
     )
     return parser
 
@@ -74,8 +76,9 @@ def main(argv=None) -> int:
     """Analyse; returns 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     arguments = make_parser().parse_args(argv)
     from coevo_manager.analysis.pipeline import analyze
+    from coevo_manager.outlet import Outlet
 
-    console = Console(stderr=True)
+    console = Console(file=Outlet(sys.stderr))
     columns = (
         TextColumn('{task.description}'),
         BarColumn(),
@@ -102,7 +105,7 @@ def main(argv=None) -> int:
                 dask=arguments.dask,
                 stage=stage,
             )
-        print(report)
+        print(report, file=Outlet(), flush=True)
         return 0
 
     return carry_out(

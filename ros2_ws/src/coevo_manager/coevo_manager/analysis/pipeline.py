@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from coevo_manager import cluster
 from coevo_manager.analysis.figures import beyond as figures_beyond
 from coevo_manager.analysis.figures import draw
 from coevo_manager.analysis.figures import paper as figures
@@ -129,17 +130,12 @@ def connect(address: str, version: str):
 
     Raises
     ------
-    AnalysisError
+    AnalysisError, ClusterError
         Nothing answers there, it has no workers, or one has another version of the kernel.
     """
-    from distributed import Client
-
+    client = cluster.connect(address)
     try:
-        client = Client(address, timeout='30s')
-    except (OSError, ValueError) as error:
-        raise AnalysisError(f'dask is {address}: no scheduler answers there ({error})') from None
-    try:
-        client.wait_for_workers(1, timeout=30)
+        client.wait_for_workers(1, timeout=cluster.TIMEOUT)
         versions = client.run(source_hash)
     except TimeoutError:
         client.close()

@@ -13,7 +13,7 @@ from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.checkpoint import check_content
-from coevo_manager.core.evolution.run_folder import LOGS, read_configuration, read_record
+from coevo_manager.core.evolution.run_folder import LOGS, read_configuration
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
@@ -88,7 +88,7 @@ class Run:
     @cached_property
     def versions(self) -> str:
         """What it was evolved with, as its run.json tells."""
-        versions = read_record(self.folder)['versions']
+        versions = read_run_json(self.folder / 'run.json')['versions']
         return ', '.join(f'{name} {value}' for name, value in versions.items())
 
     def snapshot(self, generation: int) -> Snapshot:

@@ -7,7 +7,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
+from coevo_manager.cluster import connect, own_cluster
 from coevo_manager.command_line import Parser, carry_out
+from coevo_manager.outlet import Outlet
 
 
 def make_parser() -> Parser:
@@ -23,7 +25,8 @@ def make_parser() -> Parser:
     parser.add_argument(
         '--dask',
         metavar='ADDRESS',
-        help='scheduler of a Dask cluster (default: one worker process a core here)',
+        help='scheduler of a Dask cluster, tls://HOST:PORT or tcp://HOST:PORT (default: one of '
+        'its own, one worker process a core)',
     )
     return parser
 
@@ -31,27 +34,15 @@ def make_parser() -> Parser:
 def main(argv=None) -> int:
     """Run a campaign; 0 when all runs finished, 1 when some failed, 2 for bad input."""
     arguments = make_parser().parse_args(argv)
-    from distributed import Client
+    from coevo_manager.runs.jobs import execute, read_campaign
 
-    from coevo_manager.runs.jobs import CampaignError, execute, read_campaign
-
-    console = Console(stderr=True)
+    console = Console(file=Outlet(sys.stderr))
 
     def work() -> int:
         campaign = read_campaign(arguments.file)
-        client = (
-            Client(arguments.dask, timeout='30s')
-            if arguments.dask
-            else Client(
-                n_workers=os.cpu_count(),
-                threads_per_worker=1,
-                memory_limit=0,
-                dashboard_address=None,
-                silence_logs='CRITICAL',
-            )
-        )
+        cluster = connect(arguments.dask) if arguments.dask else own_cluster(os.cpu_count() or 1)
         columns = (TextColumn('Runs'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-        with client, Progress(*columns, console=console) as progress:
+        with cluster as client, Progress(*columns, console=console) as progress:
             task = progress.add_task('runs', total=len(campaign.jobs))
 
             def done(job, error):
@@ -62,12 +53,14 @@ def main(argv=None) -> int:
         failed = int((table['state'] == 'failed').sum())
         print(
             f'{len(table) - failed} of {len(table)} runs finished, '
-            f'see {campaign.out / "campaign.csv"}'
+            f'see {campaign.out / "campaign.csv"}',
+            file=Outlet(),
+            flush=True,
         )
         return 1 if failed else 0
 
     return carry_out(
-        'campaign', work, (CampaignError, OSError), 'interrupted; the same command continues'
+        'campaign', work, (ValueError, OSError), 'interrupted; the same command continues'
     )
 
 

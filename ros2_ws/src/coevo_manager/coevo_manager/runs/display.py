@@ -16,6 +16,7 @@ from rich.text import Text
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import GenerationStats
+from coevo_manager.outlet import Outlet
 from coevo_manager.runs.run import Status
 
 REFRESH_RATE = 4
@@ -55,7 +56,7 @@ def make_display(
     configuration: Configuration, quiet: bool = False, console: Console | None = None
 ) -> Display:
     """Return a live display for a terminal, plain lines for anything else, or one that is mute."""
-    console = console or Console()
+    console = console or Console(file=Outlet())
     if quiet:
         return QuietDisplay()
     kind = TerminalDisplay if console.is_terminal else PlainDisplay

@@ -9,8 +9,12 @@ import pandas as pd
 import pytest
 import yaml
 from analysis_runs import TINY, make_run
+from distributed import Client
+from distributed.security import Security
 from evolve_runs import phases_completed, read_files
 
+from coevo_manager import cluster
+from coevo_manager.cluster import own_cluster
 from coevo_manager.runs import campaign
 from coevo_manager.runs.jobs import CampaignError, execute, read_campaign
 
@@ -24,15 +28,7 @@ def write(path, **content):
 
 @pytest.fixture
 def client():
-    from distributed import Client
-
-    with Client(
-        n_workers=2,
-        threads_per_worker=1,
-        memory_limit=0,
-        dashboard_address=None,
-        silence_logs='CRITICAL',
-    ) as connected:
+    with own_cluster(2) as connected:
         yield connected
 
 
@@ -83,6 +79,63 @@ def test_no_file_and_no_yaml(tmp_path, capsys):
     (tmp_path / 'c.yaml').write_text('a: [')
     assert campaign.main([str(tmp_path / 'c.yaml')]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        b'out: "runs\\0"\nseeds: [1]',
+        b'out: runs\nseeds: [1]\nconditions: {' + b'x' * 300 + b': {}}',
+        b'out: runs\nseeds: [1]\nconditions: {"a\\nb": {}}',
+        b'out: runs\nseeds: [' + b', '.join(b'%d' % k for k in range(9000)) + b']\n'
+        b'conditions: {a: {}, b: {}}',
+        b'out: runs\nseeds: [1]\nretries: [[[[[[[[[[1]]]]]]]]]]',
+        b'out: &a [x, *a]\nseeds: [1]',
+        b'out: r\xe9sultats\nseeds: [1]',
+        b'[' * 100_000,
+    ],
+)
+def test_hostile_files(tmp_path, capsys, content):
+    path = tmp_path / 'c.yaml'
+    path.write_bytes(content)
+    assert campaign.main([str(path)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert '\n' not in error
+    assert str(path) in error
+    assert len(error) < 400
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(
+    ('address', 'sentence'),
+    [
+        ('nowhere', 'expected the address of a scheduler such as tls://HOST:8786'),
+        ('http://localhost:80', 'expected the address'),
+        ('tcp://localhost:99999', 'expected the address'),
+        ('tcp://localhost:1', 'no scheduler answers there'),
+        ('tls://localhost:1', 'no scheduler answers there'),
+    ],
+)
+def test_a_wrong_address_is_a_sentence(tmp_path, capsys, monkeypatch, address, sentence):
+    monkeypatch.setattr(cluster, 'TIMEOUT', 1)
+    assert campaign.main([str(write(tmp_path / 'c.yaml')), '--dask', address]) == 2
+    error = capsys.readouterr().err.strip()
+    assert 'dask is ' in error
+    assert address in error
+    assert sentence in error
+    assert '\n' not in error
+
+
+def test_strangers_cannot_use_its_cluster(client):
+    """Neither without credentials nor with others: any user of the machine could connect."""
+    address = client.scheduler.address
+    assert address.startswith('tls://')
+    for stranger, security in (
+        (address.replace('tls', 'tcp'), None),
+        (address, Security.temporary()),
+    ):
+        with pytest.raises(OSError):
+            Client(stranger, security=security, timeout=5)
 
 
 def test_another_run_in_the_folder(tmp_path):

@@ -41,11 +41,12 @@ def main(argv=None) -> int:
     from coevo_manager.analysis.transfer.measure import conditions, measure_transfer
     from coevo_manager.analysis.transfer.report import draw_transfer, to_markdown
     from coevo_manager.core.evolution.files import write_whole
+    from coevo_manager.outlet import Outlet
 
     def work() -> int:
         runs = [read_run(folder) for folder in options.runs]
         options.out.mkdir(parents=True, exist_ok=True)
-        with Progress(console=Console(stderr=True), transient=True) as progress:
+        with Progress(console=Console(file=Outlet(sys.stderr)), transient=True) as progress:
             task = progress.add_task('conditions', total=len(conditions()))
             table = measure_transfer(
                 runs,
@@ -58,7 +59,7 @@ def main(argv=None) -> int:
         write(table, options.out / 'transfer.csv')
         write_whole(options.out / 'transfer.md', text.encode())
         save(draw_transfer(table), options.out / 'transfer')
-        print(options.out / 'transfer.md')
+        print(options.out / 'transfer.md', file=Outlet(), flush=True)
         return 0
 
     return carry_out('transfer', work, (ValueError, OSError))
