@@ -56,7 +56,7 @@ def test_conditions_environments_and_seeds(tmp_path):
         ({'seeds': ['x']}, "seed is 'x', expected a whole number"),
         ({'retries': -1}, 'retries is -1'),
         ({'out': 3}, 'out is 3'),
-        ({'conditions': {'fast': {'sped': 1}}}, 'conditions.fast.sped is unknown'),
+        ({'conditions': {'fast': {'sped': 1}}}, "conditions.fast: 'sped' is unknown"),
         ({'conditions': ['magic']}, "algorithm is 'magic', expected one of"),
         ({'conditions': {'a/b': {}}}, "conditions has the name 'a/b'"),
         ({'environments': []}, 'environments is empty'),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import reprlib
+import sys
 import types
 import typing
 from collections.abc import Iterable
@@ -68,7 +70,7 @@ class Option:
         if value is None and self.optional:
             return None
         if not self._allows(value):
-            raise ValueError(f'{self.name} is {value!r}, expected {self.expected}')
+            raise ValueError(f'{self.name} is {reprlib.repr(value)}, expected {self.expected}')
         return self.kind(value)
 
     def _allows(self, value: Any) -> bool:
@@ -76,7 +78,8 @@ class Option:
         if not isinstance(value, allowed) or isinstance(value, bool) != (self.kind is bool):
             return False
         if self.kind in (int, float):
-            return self.minimum <= value <= self.maximum and self.above < value < math.inf
+            within = self.minimum <= value <= self.maximum and self.above < value
+            return within and abs(value) <= sys.float_info.max
         return not self.choices or value in self.choices
 
 
@@ -151,4 +154,4 @@ def check_choice(name: str, value: Any, choices: Iterable[str]) -> None:
     """Raise ValueError, in one sentence, where a value is none of those there are."""
     known = list(choices)
     if value not in known:
-        raise ValueError(f'{name} is {value!r}, expected one of {", ".join(known)}')
+        raise ValueError(f'{name} is {reprlib.repr(value)}, expected one of {", ".join(known)}')

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import re
+import reprlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -29,11 +31,11 @@ def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Conf
         sentence.
     """
     check_choice('preset', preset, PRESETS)
-    unknown = [str(key) for key in values if key not in FIELDS]
+    unknown = [key for key in values if key not in FIELDS]
     if unknown:
         keys, are = ('key', 'is') if len(unknown) == 1 else ('keys', 'are')
         raise ValueError(
-            f'configuration {keys} {", ".join(unknown)} {are} unknown, '
+            f'configuration {keys} {", ".join(map(_name, unknown[:5]))} {are} unknown, '
             f'expected some of {", ".join(FIELDS)}'
         )
     world = WORLD.check(values.get('world', PRESETS[preset]['world']))
@@ -92,3 +94,9 @@ def remarks(configuration: Configuration, phases: int | None) -> list[str]:
             f'a phase after generation {swap}, when the species swap (swap_generations)'
         )
     return found
+
+
+def _name(key: Any) -> str:
+    """Return a key as it was written, or what can be shown of it."""
+    plain = isinstance(key, str) and re.fullmatch(r'[\w.-]{1,60}', key)
+    return key if plain else reprlib.repr(key)
