@@ -145,8 +145,8 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
         for inner in _mapping(path, f'{key}.{name}', values):
             if inner not in FIELDS:
                 raise CampaignError(
-                    f'{path}: {key}.{name}: {reprlib.repr(inner)} is unknown, expected keys of the '
-                    'configuration'
+                    f'{path}: {key}.{name}: {reprlib.repr(inner)} is unknown, expected keys '
+                    'of the configuration'
                 )
         if not re.fullmatch(r'[\w.+]{1,100}', name):
             raise CampaignError(

@@ -6,8 +6,8 @@ import tracemalloc
 import pytest
 import yaml
 
-from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.documents import DEPTH, NODES, parse_document, read_document
+from coevo_manager.core.evolution import load_configuration
 from neuro_controller.core.reading import ReadingError
 
 
