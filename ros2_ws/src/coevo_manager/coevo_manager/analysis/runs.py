@@ -13,7 +13,7 @@ from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.checkpoint import check_content
-from coevo_manager.core.evolution.run_folder import LOGS, read_configuration
+from coevo_manager.core.evolution.run_folder import LOGS, read_configuration, read_run_json
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000

@@ -13,6 +13,7 @@ from typing import Any
 
 from coevo_manager.core.evolution.commit import source_commit
 from coevo_manager.core.evolution.files import write_whole
+from neuro_controller.core.reading import ReadingError, parse_json, read_text, reading
 
 NAME = 'sessions.json'
 
@@ -62,9 +63,11 @@ class Session:
 
 def read_sessions(folder: Path) -> list[dict[str, Any]]:
     """Return the sessions of the run in a folder, the first one first; none where none is told."""
+    path = folder / NAME
     try:
-        sessions = json.loads((folder / NAME).read_text(encoding='utf-8'))
-    except (OSError, ValueError):
+        with reading(path):
+            sessions = parse_json(read_text(path))
+    except ReadingError:
         return []
     if not isinstance(sessions, list):
         return []
