@@ -113,18 +113,20 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
     shared = _mapping(path, 'configuration', content.get('configuration', {}))
     conditions = _named(path, 'conditions', content, 'standard')
     environments = _named(path, 'environments', content, 'open')
-    seeds = content['seeds']
-    if not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) != len(seeds):
-        raise CampaignError(
-            f'{path}: seeds is {reprlib.repr(seeds)}, expected a list of different whole numbers'
-        )
-    if len(conditions) * len(environments) * len(seeds) > MOST_RUNS:
+    seeds = {
+        condition: _seeds(path, f'conditions.{condition}.seeds', own['seeds'])
+        if 'seeds' in own
+        else _seeds(path, 'seeds', content['seeds'])
+        for condition, own in conditions.items()
+    }
+    if len(environments) * sum(map(len, seeds.values())) > MOST_RUNS:
         raise CampaignError(f'{path} asks for more than {MOST_RUNS} runs')
     if 'seed' in shared:
         raise CampaignError(f'{path}: configuration.seed: seeds belong into seeds')
-    for condition, own in conditions.items():
+    for condition, named in conditions.items():
+        own = {key: value for key, value in named.items() if key != 'seeds'}
         for environment, around in environments.items():
-            for seed in seeds:
+            for seed in seeds[condition]:
                 values = {**shared, **own, **around, 'seed': seed}
                 try:
                     configuration = load_configuration(values, content.get('preset', 'quick'))
@@ -134,16 +136,28 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
                 yield Job(condition, environment, configuration, out / name)
 
 
+def _seeds(path: Path, name: str, seeds) -> list[int]:
+    if not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) != len(seeds):
+        raise CampaignError(
+            f'{path}: {name} is {reprlib.repr(seeds)}, expected a list of different whole numbers'
+        )
+    return seeds
+
+
 def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Mapping[str, Any]]:
-    """Conditions or environments: mappings by name, or a list of values of their own field."""
+    """Conditions or environments: mappings by name, or a list of values of their own field.
+
+    A condition may have seeds of its own.
+    """
     field = {'conditions': 'algorithm', 'environments': 'environment'}[key]
+    known = {*FIELDS, 'seeds'} if key == 'conditions' else FIELDS
     given = content.get(key, [default])
     if isinstance(given, list):
         given = {str(value): {field: value} for value in given}
     given = _mapping(path, key, given)
     for name, values in given.items():
         for inner in _mapping(path, f'{key}.{name}', values):
-            if inner not in FIELDS:
+            if inner not in known:
                 raise CampaignError(
                     f'{path}: {key}.{name}: {reprlib.repr(inner)} is unknown, expected keys '
                     'of the configuration'

@@ -47,9 +47,21 @@ def test_conditions_environments_and_seeds(tmp_path):
     assert {job.configuration.algorithm for job in jobs} == {'vanilla', 'standard'}
 
 
+def test_a_condition_may_have_seeds_of_its_own(tmp_path):
+    conditions = {'standard': {}, 'simplified': {'algorithm': 'simplified', 'seeds': [7, 8]}}
+    path = write(tmp_path / 'c.yaml', conditions=conditions, seeds=[1, 2, 3])
+    names = [job.folder.name for job in read_campaign(path).jobs]
+    assert names == [
+        *(f'standard-open-seed{seed}' for seed in (1, 2, 3)),
+        *(f'simplified-open-seed{seed}' for seed in (7, 8)),
+    ]
+
+
 @pytest.mark.parametrize(
     ('content', 'expected'),
     [
+        ({'conditions': {'a': {'seeds': 3}}}, 'conditions.a.seeds is 3'),
+        ({'environments': {'a': {'seeds': [3]}}}, "environments.a: 'seeds' is unknown"),
         ({'speed': 1}, "key 'speed' is unknown"),
         ({'seeds': []}, 'seeds is []'),
         ({'seeds': [1, 1]}, 'seeds is [1, 1]'),
