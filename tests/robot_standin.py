@@ -1,8 +1,8 @@
 """A robot that is not the simulator: a predator's hardware, as far as its topics tell.
 
 It shares no code with marxbot_sim. Its body lags behind its commands, its wheels slip, it senses
-at other rates than 10 Hz, late, jittering and noisily, loses messages, takes a plain Twist and has
-a watchdog of its own. A prey stands still somewhere before it, in a walled square. When the robot
+at other rates than 10 Hz, late, jittering and noisily, loses messages, and has a watchdog of its
+own. A prey stands still somewhere before it, in a walled square. When the robot
 touches it, it says so and ends.
 
 Usage: robot_standin.py SEED [TURN]     TURN 1: the prey stands to the left instead of to the right
@@ -14,7 +14,7 @@ import signal
 import sys
 
 import rclpy
-from geometry_msgs.msg import Twist, WrenchStamped
+from geometry_msgs.msg import TwistStamped, WrenchStamped
 from marxbot_msgs.msg import Camera, Ground
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -53,11 +53,12 @@ class Standin(Node):
         for name, kind, sense, period in kinds:
             publisher = self.create_publisher(kind, name, qos_profile_sensor_data)
             self.sensors.append([publisher, sense, period, self.random.uniform(0, period)])
-        self.create_subscription(Twist, 'cmd_vel', self.on_command, 1)
+        self.create_subscription(TwistStamped, 'cmd_vel', self.on_command, 1)
         self.create_timer(STEP, self.step)
 
-    def on_command(self, twist):
+    def on_command(self, command):
         if self.random.random() > LOST:
+            twist = command.twist
             self.wanted, self.commanded = (twist.linear.x, twist.angular.z), self.time
 
     def step(self):
@@ -104,9 +105,9 @@ class Standin(Node):
             aside = (self.prey[1] - self.y) * cosine - (self.prey[0] - self.x) * sine
             if forward > 0 and abs(aside) < RADIUS:
                 hits.append(forward - math.sqrt(RADIUS**2 - aside**2))
-            distance = min(hits) - RADIUS + self.random.gauss(0, 0.004)
-            ranges.append(max(0.0, distance) if distance < 0.1 else math.inf)
-        return LaserScan(ranges=ranges, range_max=0.1)
+            distance = min(hits) + self.random.gauss(0, 0.004)
+            ranges.append(distance if distance < RADIUS + 0.1 else math.inf)
+        return LaserScan(ranges=ranges, range_min=0.05, range_max=RADIUS + 0.1)
 
     def camera(self):
         distance = max(math.hypot(self.prey[0] - self.x, self.prey[1] - self.y), RADIUS * 1.01)

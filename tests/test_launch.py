@@ -3,25 +3,23 @@
 import signal
 import sys
 import xml.etree.ElementTree as ElementTree
-from dataclasses import fields
 from pathlib import Path
 
 import pytest
+import yaml
 from marxbot_msgs.msg import ArenaState
 from ros_client import ros_client
 from ros_processes import ROOT, process_starter, ros_environment
 
-from marxbot_sim import node_parameters
-from marxbot_sim.core.parameters import Arena
-from neuro_controller import controller
+from marxbot_sim.interface import SIMULATOR
+from neuro_controller.interface import CONTROLLER, GENOME_SERVER
 
 SOURCES = ROOT / 'ros2_ws' / 'src'
 FILES = sorted(SOURCES.glob('*/launch/*.launch.xml'))
 RUNNER = [str(ROOT / 'scripts' / 'ros2'), 'launch']
 PARAMETERS = {
-    'simulator': {*node_parameters._PARAMETERS, *(f'arena.{f.name}' for f in fields(Arena))},
-    'controller': {*controller._NETWORK, *controller._FIXED},
-    'genome_server': {'run'},
+    interface.command.split()[1]: {parameter.name for parameter in interface.parameters}
+    for interface in (SIMULATOR, CONTROLLER, GENOME_SERVER)
 }
 
 sys.path.insert(0, str(ROOT / 'scripts' / 'lib'))
@@ -99,8 +97,39 @@ def test_the_runner_understands_conditions_groups_and_substitutions(tmp_path, mo
 
 
 @pytest.mark.parametrize(
+    ('value', 'given'),
+    [
+        ('', "''"),
+        ('a #b', "'a #b'"),
+        ('#1', "'#1'"),
+        ("it's #1", "'it''s #1'"),
+        ('x: y', "'x: y'"),
+        ('null', "'null'"),
+        ('1.0', '1.0'),
+        ('true', 'true'),
+        ('[1, 2]', '[1, 2]'),
+        ('runs/standard-3', 'runs/standard-3'),
+    ],
+)
+def test_a_text_reaches_the_node_whole(value, given):
+    from ros2_launch import _parameter
+
+    assert _parameter(value) == given
+    text = yaml.safe_load(given)
+    assert text == value or not isinstance(text, str)
+
+
+@pytest.mark.parametrize(
     ('text', 'sentence'),
     [
+        (
+            '<launch><node pkg="p" exec="e" namespace="a b"/></launch>',
+            "'/a b' of <node> is no name in ROS: Invalid namespace: namespace must not contain",
+        ),
+        (
+            '<launch><node pkg="p" exec="e" name="1st"/></launch>',
+            "'1st' of <node> is no name in ROS: Invalid node name: node name must not start with",
+        ),
         ('<launch><node pkg="p"/></launch>', '<node> lacks the attribute exec'),
         ('<launch><timer/></launch>', '<timer> is not supported'),
         ('<launch><arg name="a"/></launch>', 'needs the argument a:=VALUE'),
@@ -202,8 +231,6 @@ def test_the_arguments_of_a_file_can_be_shown(start):
 
 def test_layouts_name_topics_that_exist():
     import json
-
-    import yaml
 
     share = SOURCES / 'marxbot_sim'
     topics = set()

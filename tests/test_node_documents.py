@@ -1,41 +1,74 @@
-"""The packages' READMEs state the parameters that the nodes declare, with their defaults."""
+"""Each package's README states what its nodes take, say and offer, and the nodes do."""
 
 import re
-from dataclasses import fields
 
+import pytest
 from ros_processes import ROOT
 
-from marxbot_sim import node_parameters
-from neuro_controller import controller
-from neuro_controller.core.limits import Limits
+from coevo_manager.recording.episodes import EPISODES
+from coevo_manager.runs.manager import MANAGER
+from marxbot_sim.interface import SIMULATOR
+from neuro_controller.interface import CONTROLLER, GENOME_SERVER
+from node_runner.interface import type_name
+
+PACKAGES = {
+    'marxbot_sim': [SIMULATOR],
+    'neuro_controller': [CONTROLLER, GENOME_SERVER],
+}
+NODES = [SIMULATOR, CONTROLLER, GENOME_SERVER, MANAGER, EPISODES]
 
 
-def documented(package):
-    """Parameter -> default as the package's README states it."""
+def rows(package):
+    """The cells of the rows of the tables of a package's README."""
     text = (ROOT / 'ros2_ws' / 'src' / package / 'README.md').read_text()
-    rows = re.findall(r'^\| `([\w.]+)` \| (?:bool|int|double|string) \| (\S+) \|', text, re.M)
-    return {name: default.strip('`') for name, default in rows}
+    for line in re.findall(r'^\| `.*\|$', text, re.M):
+        yield [cell.strip() for cell in re.split(r'(?<!\\)\|', line)[1:-1]]
 
 
-def written(value):
-    """A default as a README writes it."""
-    if value == '':
-        return 'empty'
-    if isinstance(value, bool):
-        return str(value).lower()
-    return '.inf' if value == float('inf') else str(value)
+@pytest.mark.parametrize('package', PACKAGES)
+def test_the_readme_states_the_parameters(package):
+    documented = {
+        name.strip('`'): (kind, default.strip('`'))
+        for name, kind, default, *_ in (row for row in rows(package) if len(row) == 4)
+        if re.fullmatch(r'bool|int|double|string|double\[\]', kind)
+    }
+    declared = {
+        parameter.name: (parameter.type, parameter.default_text)
+        for interface in PACKAGES[package]
+        for parameter in interface.parameters
+    }
+    assert documented.pop('use_sim_time', None) in (None, ('bool', 'false'))  # of every node
+    assert documented == declared
 
 
-def test_the_simulators_readme_states_its_parameters():
-    declared = {name: default for name, (default, _) in node_parameters._PARAMETERS.items()}
-    for group, kind in node_parameters._GROUPS.items():
-        declared |= {f'{group}.{field.name}': field.default for field in fields(kind)}
-    assert documented('marxbot_sim') == {name: written(v) for name, v in declared.items()}
+@pytest.mark.parametrize('package', PACKAGES)
+def test_the_readme_states_the_topics(package):
+    documented = {
+        row[0].strip('`').removesuffix('` (in)'): (row[1], row[2])
+        for row in rows(package)
+        if len(row) == 4 and re.search(r'effort|reliable|latched', row[2])
+    }
+    declared = {
+        re.sub('^(predator|prey)/', '', topic.name): (
+            type_name(topic.type).replace('/msg/', '/'),
+            topic.qos_text,
+        )
+        for interface in PACKAGES[package]
+        for topic in (*interface.subscribes, *interface.publishes)
+    }
+    assert documented == declared
 
 
-def test_the_controllers_readme_states_its_parameters():
-    tables = {**controller._NETWORK, **controller._FIXED}
-    declared = {name: default for name, (default, _) in tables.items()}
-    declared |= {f'limits.{field.name}': field.default for field in fields(Limits)}
-    declared |= {'use_sim_time': False, 'run': ''}  # of every node, and of the genome server
-    assert documented('neuro_controller') == {name: written(v) for name, v in declared.items()}
+@pytest.mark.parametrize('interface', NODES, ids=lambda interface: interface.command)
+def test_help_states_everything_and_starts_nothing(start, interface):
+    process = start([*interface.command.split(), '--help'])
+    assert process.wait(60) == 0
+    for entry in (
+        *interface.parameters,
+        *interface.subscribes,
+        *interface.publishes,
+        *interface.services,
+        *interface.actions,
+    ):
+        assert entry.line() in process.stdout_text
+    assert process.stderr_text == ''

@@ -105,7 +105,9 @@ def test_ros2_lists_packages_of_workspace_and_environment():
         (['run', 'coevo_manager'], 'executable'),
         (['pkg', 'executables', 'no_such_package'], "'no_such_package'"),
         (['pkg', 'prefix'], 'prefix'),
-        (['bag', 'record'], "'bag'"),
+        (['bag', 'record'], 'bag takes info BAG'),
+        (['bag', 'info', '/nowhere'], '/nowhere is not the folder of a bag'),
+        (['topic', 'pub'], "'pub'"),
         ([], 'command'),
     ],
 )

@@ -32,6 +32,8 @@ from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.genome import random_genomes
 from neuro_controller.core.snapshot import read_snapshot
 
+RADIUS = np.float32(0.085)
+
 CONDITIONS = {
     'open printed': Environment(),
     'open signed': Environment(motor_map='signed', wall_friction=0.0, episode_ticks=300),
@@ -110,7 +112,7 @@ def test_a_bag_holds_every_message_of_every_topic(recorded):
                 tick = round(stamp.sec * 10 + stamp.nanosec * 1e-8) - 1
                 match topic:
                     case 'proximity':
-                        readings[tick, :24] = message.ranges
+                        readings[tick, :24] = message.ranges - RADIUS
                     case 'camera':
                         readings[tick, 24:32] = message.sectors
                     case 'ground':
@@ -136,7 +138,7 @@ def test_a_bag_has_the_wires_types_and_qos_and_simulated_time(recorded):
         (qos,) = topic['offered_qos_profiles']
         sensor = topic['name'].rsplit('/')[-1] in ('proximity', 'camera', 'ground', 'traction')
         assert qos['reliability'] == ('best_effort' if sensor else 'reliable')
-        latched = topic['name'].endswith(('leds', 'robot_description', '/state'))
+        latched = topic['name'].endswith(('leds', 'robot_description', '/state', '/tf_static'))
         assert qos['durability'] == ('transient_local' if latched else 'volatile')
 
 

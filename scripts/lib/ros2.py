@@ -2,9 +2,16 @@
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
-from ament_index_python import PackageNotFoundError, get_package_prefix, get_packages_with_prefixes
+from ament_index_python import (
+    PackageNotFoundError,
+    get_package_prefix,
+    get_packages_with_prefixes,
+    get_resources,
+)
+from ros2_bag import bag
 from ros2_launch import launch
 
 
@@ -16,12 +23,7 @@ def executables(package: str) -> dict[str, Path]:
     ValueError
         The package is not in the ament index.
     """
-    try:
-        folder = Path(get_package_prefix(package), 'lib', package)
-    except (PackageNotFoundError, ValueError):
-        raise ValueError(
-            f'package {package!r} was not found (scripts/ros2 pkg list names those there are)'
-        ) from None
+    folder = _prefix(package) / 'lib' / package
     if not folder.is_dir():
         return {}
     return {
@@ -29,6 +31,15 @@ def executables(package: str) -> dict[str, Path]:
         for path in sorted(folder.iterdir())
         if path.is_file() and os.access(path, os.X_OK)
     }
+
+
+def _prefix(package: str) -> Path:
+    try:
+        return Path(get_package_prefix(package))
+    except (PackageNotFoundError, ValueError):
+        raise ValueError(
+            f'package {package!r} was not found (scripts/ros2 pkg list names those there are)'
+        ) from None
 
 
 def run(arguments: list[str]) -> int:
@@ -55,10 +66,14 @@ def pkg(arguments: list[str]) -> int:
                 _print_executables(package)
         case ['executables', package]:
             _print_executables(package)
+        case ['prefix', package]:
+            print(_prefix(package))
+        case ['prefix', '--share', package]:
+            print(_prefix(package) / 'share' / package)
         case _:
             raise ValueError(
-                f'argument of pkg is {" ".join(arguments)!r}, expected list or '
-                'executables [PACKAGE]'
+                f'argument of pkg is {" ".join(arguments)!r}, expected list, '
+                'executables [PACKAGE] or prefix [--share] PACKAGE'
             )
     return 0
 
@@ -68,7 +83,30 @@ def _print_executables(package: str) -> None:
         print(package, name)
 
 
-COMMANDS = {'run': run, 'launch': launch, 'pkg': pkg}
+def graph(command: str) -> Callable[[list[str]], int]:
+    """Return a command that asks running nodes."""
+
+    def ask(arguments: list[str]) -> int:
+        import ros2_graph  # here, since it loads all of rclpy
+
+        return ros2_graph.ask(command, arguments)
+
+    return ask
+
+
+COMMANDS = {'run': run, 'launch': launch, 'pkg': pkg, 'bag': bag} | {
+    command: graph(command) for command in ('node', 'topic', 'service', 'param', 'lifecycle')
+}
+
+
+def check_middleware() -> None:
+    """Raise ValueError if the middleware that the environment names is not installed."""
+    name = os.environ.get('RMW_IMPLEMENTATION')
+    known = sorted({*get_resources('rmw_typesupport')} - {'rmw_implementation'})
+    if name and name not in known:
+        raise ValueError(
+            f'RMW_IMPLEMENTATION is {name!r}, which is not installed; there is {", ".join(known)}'
+        )
 
 
 def main(arguments: list[str]) -> int:
@@ -77,6 +115,7 @@ def main(arguments: list[str]) -> int:
     try:
         if command not in COMMANDS:
             raise ValueError(f'command is {command!r}, expected one of {", ".join(COMMANDS)}')
+        check_middleware()
         return COMMANDS[command](rest)
     except ValueError as error:
         print(f'ros2: {error}', file=sys.stderr)

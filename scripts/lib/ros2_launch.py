@@ -12,10 +12,15 @@ import signal
 import sys
 import threading
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import yaml
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+from rclpy.exceptions import NameValidationException
+from rclpy.validate_namespace import validate_namespace
+from rclpy.validate_node_name import validate_node_name
 
 from node_runner.children import Children, executable_path
 
@@ -193,10 +198,14 @@ def _read_node(element: ElementTree.Element, scope: Scope) -> Node:
     arguments = scope.text(element, 'args', '').split()
     ros = []
     if 'name' in element.attrib:
-        ros += ['-r', f'__node:={scope.text(element, "name")}']
+        name = scope.text(element, 'name')
+        _check(validate_node_name, name, scope, element)
+        ros += ['-r', f'__node:={name}']
     namespace = _join(scope.namespace, scope.text(element, 'namespace', ''))
     if namespace:
-        ros += ['-r', f'__ns:=/{namespace.strip("/")}']
+        namespace = f'/{namespace.strip("/")}'
+        _check(validate_namespace, namespace, scope, element)
+        ros += ['-r', f'__ns:={namespace}']
     environment = dict(scope.environment)
     for child in element:
         if not scope.applies(child):
@@ -223,8 +232,28 @@ def _read_node(element: ElementTree.Element, scope: Scope) -> Node:
     return Node(scope.text(element, 'pkg'), scope.text(element, 'exec'), arguments, environment)
 
 
+def _check(
+    validate: Callable[[str], bool], name: str, scope: Scope, element: ElementTree.Element
+) -> None:
+    try:
+        validate(name)
+    except NameValidationException as error:
+        reason = str(error).splitlines()[0].rstrip(':')
+        raise ValueError(
+            f'{scope.file.name}: {name!r} of <{element.tag}> is no name in ROS: {reason}'
+        ) from None
+
+
 def _parameter(value: str) -> str:
-    return value or "''"  # an empty string, which the rule after := would otherwise lack
+    """Return a value so that ROS, which reads it as YAML, takes all of a text for that text."""
+    try:
+        meant = yaml.safe_load(value)
+    except yaml.YAMLError:
+        meant = None
+    as_it_is = meant == value or isinstance(meant, bool | int | float) or value.startswith('[')
+    if as_it_is and value and '#' not in value:
+        return value
+    return "'" + value.replace("'", "''") + "'"
 
 
 def find(package: str, file: str) -> Path:

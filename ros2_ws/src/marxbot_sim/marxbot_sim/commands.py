@@ -1,11 +1,11 @@
 """The commands of both robots: received, checked, and watched for silence."""
 
 import numpy as np
-from geometry_msgs.msg import Twist, TwistStamped
 
 from marxbot_sim.core.drive import wheel_speeds
 from marxbot_sim.core.parameters import TICK
 from marxbot_sim.core.simulation import ROBOTS
+from marxbot_sim.interface import command_topic
 
 
 class Commands:
@@ -40,11 +40,12 @@ class Commands:
         self.refused = [0] * len(ROBOTS)
         self.begin()
         for number, robot in enumerate(ROBOTS):
+            topic = command_topic(robot, self._stamped)
             node.create_subscription(
-                TwistStamped if self._stamped else Twist,
-                f'{robot}/cmd_vel',
+                topic.type,
+                topic.name,
                 lambda message, number=number: self._take(number, message),
-                10,
+                topic.qos,
             )
 
     def begin(self):

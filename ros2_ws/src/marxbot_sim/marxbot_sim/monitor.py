@@ -16,11 +16,13 @@ class Monitor:
     ----------
     node : rclpy.node.Node
         The simulator; its `status` gives the rest of the report.
+    publisher : rclpy.publisher.Publisher
+        Of the reports.
     """
 
-    def __init__(self, node):
+    def __init__(self, node, publisher):
         self._node = node
-        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._publisher = publisher
         self._ticks = 0
         self._reported_at = time.monotonic()
         node.create_timer(PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -9,23 +9,20 @@ from ament_index_python.packages import get_package_share_directory
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from marxbot_msgs.msg import ArenaState
-from marxbot_msgs.srv import SetArena, SetPoses, Step
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
-from std_srvs.srv import SetBool, Trigger
-from visualization_msgs.msg import MarkerArray
 
 from marxbot_sim.commands import Commands
 from marxbot_sim.core.parameters import TICK, Arena
 from marxbot_sim.core.simulation import ROBOTS, Simulation
+from marxbot_sim.interface import ARENA, SERVICES, SIMULATOR
 from marxbot_sim.markers import ArenaMarkers
 from marxbot_sim.monitor import Monitor
 from marxbot_sim.node_parameters import Parameters
 from marxbot_sim.robot_topics import RobotTopics
 from marxbot_sim.transforms import Transforms
-from node_runner import Complaints, run_node
+from node_runner import Complaints, Concerns, run_node
 
 RESEND_PERIOD = 1.0
 """In lockstep, how long to wait for a command before readings are published again, s of real
@@ -33,8 +30,6 @@ time."""
 
 MAX_STEPS = 1_000_000
 """Most ticks that one step request may ask for."""
-
-_STATE_QOS = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class Simulator(Node):
@@ -57,30 +52,33 @@ class Simulator(Node):
 
         share = Path(get_package_share_directory('marxbot_sim'))
         description = (share / 'urdf' / 'marxbot.urdf').read_text(encoding='utf-8')
-        self._clock_publisher = self.create_publisher(ClockMessage, '/clock', 100)
-        self._state_publisher = self.create_publisher(ArenaState, 'arena/state', _STATE_QOS)
-        self._markers_publisher = self.create_publisher(MarkerArray, 'arena/markers', 100)
+        publishers = {
+            topic.name: self.create_publisher(topic.type, topic.name, topic.qos)
+            for topic in ARENA
+            if not topic.name.startswith('/tf')
+        }
+        self._clock_publisher = publishers['/clock']
+        self._state_publisher = publishers['arena/state']
+        self._markers_publisher = publishers['arena/markers']
         self._robots = [RobotTopics(self, robot, description) for robot in ROBOTS]
-        self._transforms = Transforms(self)
+        self._transforms = Transforms(self, dict.fromkeys(ROBOTS, description))
         self._markers = ArenaMarkers()
         self._commands = Commands(self, parameters, self._complaints.warn, self._advance_lockstep)
-
-        self.create_service(Trigger, '~/reset', self._on_reset)
-        self.create_service(SetBool, '~/pause', self._on_pause)
-        self.create_service(Step, '~/step', self._on_step)
-        self.create_service(SetPoses, '~/set_poses', self._on_set_poses)
-        self.create_service(SetArena, '~/set_arena', self._on_set_arena)
+        for service in SERVICES:
+            answer = getattr(self, f'_on_{service.name.removeprefix("~/")}')
+            self.create_service(service.type, service.name, answer)
 
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._pace_timer = None
         self._set_pace(parameters['real_time_factor'])
-        self._monitor = Monitor(self)
+        self._monitor = Monitor(self, publishers['/diagnostics'])
         self._begin()
         arena = self._simulation.arena
         self.get_logger().info(
             f'arena of {arena.size:g} m, {"obstacle" if arena.obstacle else "open"}, '
             f'{parameters["physics"]} physics, {self._pace}{", paused" if self._paused else ""}'
         )
+        self._concerns = Concerns(self)
 
     def _set_pace(self, real_time_factor):
         if self._pace_timer is not None:
@@ -170,16 +168,21 @@ class Simulator(Node):
 
     def _publish_state(self):
         simulation = self._simulation
-        poses, odometry = simulation.poses, simulation.odometry
+        poses = simulation.poses
         for number, robot in enumerate(self._robots):
             robot.publish_state(
                 self.stamp,
                 poses[number],
-                odometry[number],
+                simulation.odometry[number],
                 simulation.wheels[number],
                 simulation.tick,
             )
-        self._transforms.publish(self.stamp, self._robots, poses, odometry)
+        self._transforms.publish(
+            self.stamp,
+            poses,
+            [odometry.pose for odometry in simulation.odometry],
+            [robot.wheel_angles for robot in self._robots],
+        )
         if self._markers_publisher.get_subscription_count():
             self._markers_publisher.publish(
                 self._markers.message(self.stamp, simulation.arena, poses, simulation.readings)
@@ -209,6 +212,8 @@ class Simulator(Node):
             text = 'episode over' if self._ended else 'paused'
         elif self._lockstep and time.monotonic() - self._published_at > RESEND_PERIOD:
             level, text = DiagnosticStatus.WARN, 'lockstep waits for a command'
+        if self._concerns.sentences:
+            level, text = DiagnosticStatus.WARN, '; '.join([text, *self._concerns.sentences])
         values = {
             'physics': self._settings['physics'],
             'pace': self._pace,
@@ -281,7 +286,7 @@ def _stamp(tick):
 
 def main():
     """Run the node until it is stopped."""
-    return run_node(Simulator)
+    return run_node(Simulator, SIMULATOR)
 
 
 if __name__ == '__main__':

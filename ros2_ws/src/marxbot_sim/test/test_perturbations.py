@@ -67,8 +67,8 @@ def test_noise_is_normal_with_the_given_deviations_and_independent():
 
 def test_motor_noise_is_relative_and_differs_by_wheel():
     turning, rolling = driven(NOISY, [(10, -4)] * 4000)
-    np.testing.assert_allclose(turning, rolling, rtol=1e-6)
-    factor = turning / np.array([10, -4])
+    assert (turning == (10, -4)).all()  # what the encoders count
+    factor = rolling / np.array([10, -4])
     assert factor.mean() == pytest.approx(1, abs=0.002)
     assert factor.std(axis=0) == pytest.approx(np.full((2, 2), 0.05), rel=0.05)
     assert abs(np.corrcoef(factor.reshape(4000, 4), rowvar=False)[0, 1:]).max() < 0.08
@@ -91,6 +91,9 @@ def test_readings_stay_in_their_ranges_and_nothing_seen_stays_unseen():
     readings = READINGS.copy()
     readings[:, :12] = 0.115
     noisy = sensed(strong, 50, readings=readings)
+    near = noisy[..., :24][noisy[..., :24] <= 0.1]
+    radius = np.float32(BODY_RADIUS)
+    assert ((near + radius) - radius == near).all()  # exact from the centre, as without noise
     assert (noisy[..., :12] == np.float32(0.115)).all()
     assert noisy[..., 12:24].min() == 0
     assert noisy[..., 12:24].max() > 0.1

@@ -6,63 +6,35 @@ from dataclasses import fields
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
-from marxbot_msgs.msg import Camera, Ground
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from geometry_msgs.msg import TwistStamped
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
-from sensor_msgs.msg import LaserScan
+from rclpy.time import Time
 from std_msgs.msg import Float32MultiArray
 from std_srvs.srv import Trigger
 
 from neuro_controller.core.controller import Controller
-from neuro_controller.core.drive import WHEEL_RADIUS, WHEEL_SEPARATION
 from neuro_controller.core.genome import GENES
 from neuro_controller.core.limits import Limits
 from neuro_controller.core.pilot import PERIOD, Pilot
 from neuro_controller.genome_client import GenomeClient
+from neuro_controller.interface import (
+    CONTROLLER,
+    DIAGNOSTICS,
+    NETWORK,
+    NEURONS,
+    SENSORS,
+    command_topic,
+)
 from neuro_controller.sensors import READINGS, Sensors
-from node_runner import Complaints, run_node
+from neuro_controller.transitions import make_transitions_safe
+from node_runner import Complaints, Concerns, run_node
 
-TRIGGERS = ('timer', 'sensors')
-
-_NETWORK = {
-    'max_wheel_speed': (10.0, 'wheel speed at full effort, rad/s: 8.5 or 10 in the paper'),
-    'motor_map': ('signed', "'signed' (can back up) or 'printed' (forward only)"),
-    'episode_ticks': (1000, 'ticks of 0.1 s after which the clock neuron reads 1'),
-    'infrared_response': ('squared', "infrared activation, 'squared' or 'linear' in nearness"),
-    'ground_coding': ('relative', "ground neurons 'relative' to their mean, or 'raw'"),
-}
-_FIXED = {
-    'genome_server': (
-        '',
-        'name of a node that holds genomes as parameters, such as /genome_server',
-    ),
-    'champion': ('', 'parameter of genome_server to fetch the genome from, such as predator'),
-    'autostart': (False, 'configure and activate as soon as there is a genome'),
-    'trigger': (
-        'timer',
-        "when to step: 'timer', every 0.1 s; 'sensors', for each set of readings with one stamp",
-    ),
-    'stamped_cmd_vel': (False, 'publish TwistStamped on cmd_vel instead of Twist'),
-    'sensor_timeout': (
-        0.5,
-        's without a good message of a sensor after which the robot is stopped',
-    ),
-    'contact_threshold': (0.5, 'traction force above which the robot counts as in contact, N'),
-    'wheel_radius': (WHEEL_RADIUS, 'radius of the wheels that the network believes in, m'),
-    'wheel_separation': (WHEEL_SEPARATION, 'distance between those wheels, m'),
-}
-_SENSOR_TYPES = {
-    'proximity': LaserScan,
-    'camera': Camera,
-    'ground': Ground,
-    'traction': WrenchStamped,
-}
+MOST_RESTARTS = 5
+"""So many sets of readings in a row that each begin an episode are a fault of their stamps."""
 
 
 class ControllerNode(LifecycleNode):
@@ -70,33 +42,30 @@ class ControllerNode(LifecycleNode):
 
     def __init__(self):
         super().__init__('controller')
-        self._declare_parameters()
+        CONTROLLER.declare(self)
         self._on_sensors = self._value('trigger') == 'sensors'
         self._timeout = self._value('sensor_timeout')
-        if self._value('trigger') not in TRIGGERS:
-            raise ValueError(
-                f'trigger is {self._value("trigger")!r}, expected one of {", ".join(TRIGGERS)}'
-            )
-        for name in ('sensor_timeout', 'wheel_radius', 'wheel_separation'):
-            if not self._value(name) > 0:
-                raise ValueError(f'{name} is {self._value(name)}, expected a number above 0')
         # Compiled now, not at the first tick.
         Controller(np.zeros(GENES), 1.0).step(np.zeros(READINGS))
         self._pilot = self._make_pilot({})
-        self._sensors = Sensors(self._value('contact_threshold'))
-        self._message = TwistStamped() if self._value('stamped_cmd_vel') else Twist()
+        self._sensors = Sensors(
+            *map(self._value, ('contact_threshold', 'body_radius', 'stamp_tolerance'))
+        )
+        self._command_topic = command_topic(self._value('stamped_cmd_vel'))
+        self._message = self._command_topic.type()
         self._complaints = Complaints(self.get_logger())
         self._active = False
-        self._steps = 0
-        self._answered_stamp = None
-        self._trouble = ''
-        self._refused = ''
+        self._steps = self._restarts = 0
+        self._trouble = self._refused = self._failure = ''
+        self._command_publisher = self._neurons_publisher = self._timer = None
+        self._sensor_subscriptions = []
 
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics = self.create_publisher(*_arguments(DIAGNOSTICS))
         self.create_service(Trigger, '~/reset', self._on_reset)
-        self._refuse_wrong_transitions()
+        make_transitions_safe(self, self._complaints)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._step_clock = steady if self._on_sensors else self.get_clock()
+        self._simulated = self._value('use_sim_time')
+        self._step_clock = self.get_clock() if self._simulated else steady
         self.create_timer(1.0, self._report, clock=steady)
         self._jump_handle = self.get_clock().create_jump_callback(
             JumpThreshold(
@@ -106,6 +75,7 @@ class ControllerNode(LifecycleNode):
         )
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
+        self._concerns = Concerns(self)
         self._find_genome()
 
     def _find_genome(self):
@@ -124,23 +94,6 @@ class ControllerNode(LifecycleNode):
 
     # Parameters
 
-    def _declare_parameters(self):
-        self.declare_parameter(
-            'genome',
-            Parameter.Type.DOUBLE_ARRAY,
-            ParameterDescriptor(description=f'{GENES} genes in [-5, 5]'),
-        )
-        for name, (default, text) in {**_NETWORK, **_FIXED}.items():
-            self.declare_parameter(
-                name, default, ParameterDescriptor(description=text, read_only=name in _FIXED)
-            )
-        for field in fields(Limits):
-            self.declare_parameter(
-                f'limits.{field.name}',
-                field.default,
-                ParameterDescriptor(description='see Limits'),
-            )
-
     def _value(self, name):
         return self.get_parameter_or(name, Parameter(name)).value
 
@@ -155,7 +108,7 @@ class ControllerNode(LifecycleNode):
         missing = genome is None and 'genome' not in changes
         controller = Controller(
             np.zeros(GENES) if missing else np.asarray(genome),
-            **{name: value(name) for name in _NETWORK},
+            **{parameter.name: value(parameter.name) for parameter in NETWORK},
         )
         wheels = self._value('wheel_radius'), self._value('wheel_separation')
         return None if missing else Pilot(controller, limits, *wheels)
@@ -172,35 +125,25 @@ class ControllerNode(LifecycleNode):
         """Swap the pilot. Another network starts afresh; other limits keep the network."""
         names = {parameter.name for parameter in parameters}
         pilot = self._make_pilot({})
-        if names & {'genome', *_NETWORK}:
+        if names & {'genome', *(parameter.name for parameter in NETWORK)}:
             self._pilot = pilot
             self.get_logger().info(f'new network: {", ".join(sorted(names))} set')
         elif self._pilot is not None:
             self._pilot.limits = pilot.limits
 
     def _on_genome(self, genome):
-        result = self.set_parameters([Parameter('genome', Parameter.Type.DOUBLE_ARRAY, genome)])[0]
+        try:
+            parameter = Parameter('genome', Parameter.Type.DOUBLE_ARRAY, genome)
+        except ValueError:
+            server, champion = self._value('genome_server'), self._value('champion')
+            self._refused = f'{champion!r} of {server} is {genome!r:.40}, expected a genome'
+            self.get_logger().error(self._refused)
+            return
+        result = self.set_parameters([parameter])[0]
         if result.successful and self._value('autostart'):
             self._start()
 
     # Lifecycle
-
-    def _refuse_wrong_transitions(self):
-        """Answer a transition that the state forbids; rclpy would let the process die of it."""
-        change_state = self._service_change_state.callback
-
-        def refuse(request, response):
-            try:
-                return change_state(request, response)
-            except rclpy_implementation.RCLError:
-                self._complaints.warn(
-                    f'transition refused: {request.transition.label or request.transition.id} '
-                    'is not possible in this state'
-                )
-                response.success = False
-                return response
-
-        self._service_change_state.callback = refuse
 
     def _start(self):
         if self.trigger_configure() == TransitionCallbackReturn.SUCCESS:
@@ -211,18 +154,16 @@ class ControllerNode(LifecycleNode):
         if self._pilot is None:
             self.get_logger().error('cannot be configured: genome is not set')
             return TransitionCallbackReturn.FAILURE
-        self._command_publisher = self.create_lifecycle_publisher(
-            type(self._message), 'cmd_vel', 10
-        )
-        self._neurons_publisher = self.create_lifecycle_publisher(Float32MultiArray, 'neurons', 10)
+        self._command_publisher = self.create_lifecycle_publisher(*_arguments(self._command_topic))
+        self._neurons_publisher = self.create_lifecycle_publisher(*_arguments(NEURONS))
         self._sensor_subscriptions = [
             self.create_subscription(
-                message_type,
-                sensor,
-                lambda message, sensor=sensor: self._on_sensor(sensor, message),
-                qos_profile_sensor_data,
+                topic.type,
+                topic.name,
+                lambda message, sensor=topic.name: self._on_sensor(sensor, message),
+                topic.qos,
             )
-            for sensor, message_type in _SENSOR_TYPES.items()
+            for topic in SENSORS
         ]
         self._timer = self.create_timer(PERIOD, self._on_timer, clock=self._step_clock)
         return super().on_configure(state)
@@ -247,9 +188,20 @@ class ControllerNode(LifecycleNode):
     def on_shutdown(self, state):
         """Stop the robot and close its topics."""
         self._halt()
-        if state.label != 'unconfigured':
-            self._close()
+        self._close()
         return super().on_shutdown(state)
+
+    def on_error(self, state):
+        """After a transition that failed: be unconfigured again."""
+        self._halt()
+        self._close()
+        return super().on_error(state)
+
+    def on_failure(self, reason):
+        """Stop the robot: a callback raised something."""
+        self._failure = reason
+        if self._active:
+            self._stop(f'a callback failed with {reason}')
 
     def destroy_node(self):
         """Stop the robot before the process ends."""
@@ -260,30 +212,31 @@ class ControllerNode(LifecycleNode):
         if self._active:
             self._active = False
             self._pilot.stop()
-            self._publish_command(self._stamp())
+            self._publish_command(self.get_clock().now().to_msg())
 
     def _close(self):
         for subscription in self._sensor_subscriptions:
             self.destroy_subscription(subscription)
-        self.destroy_timer(self._timer)
-        self.destroy_lifecycle_publisher(self._command_publisher)
-        self.destroy_lifecycle_publisher(self._neurons_publisher)
+        self._sensor_subscriptions = []
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+        for publisher in (self._command_publisher, self._neurons_publisher):
+            if publisher is not None:
+                self.destroy_lifecycle_publisher(publisher)
+        self._command_publisher = self._neurons_publisher = self._timer = None
 
     # Steps
 
     def _now(self):
         return self._step_clock.now().nanoseconds * 1e-9
 
-    def _stamp(self):
-        """Return the time for a message: where sensors trigger, that of the last answered set."""
-        return self._answered_stamp or self.get_clock().now().to_msg()
-
     def _begin(self):
         """Start an episode."""
         self._pilot.reset()
         self._sensors.forget()
         self._trouble = self._refused = ''
-        self._began = self._now()
+        self._restarts = 0
+        self._began = self._answered_at = self._now()
 
     def _on_time_jump(self, _):
         """Simulated time went back: a new episode."""
@@ -300,21 +253,29 @@ class ControllerNode(LifecycleNode):
         return response
 
     def _on_sensor(self, sensor, message):
-        if not self._active:
+        if not self._active or (self._simulated and self._concerns.without_clock):
             return
         try:
-            self._sensors.take(sensor, message, self._now())
+            self._sensors.take(sensor, message, self._now(), self.get_clock().now().nanoseconds)
         except ValueError as error:
             self._refused = str(error)
             self._complaints.warn(f'message ignored: {error}')
             return
         if self._on_sensors:
-            stamp = self._sensors.common_stamp()
+            stamp = self._sensors.complete_set()
             if stamp is not None:
-                self._answered_stamp = stamp
-                self._trouble = ''
-                self._pilot.answer((stamp.sec, stamp.nanosec), self._sensors.readings)
-                self._publish_command(stamp)
+                self._answer(stamp)
+
+    def _answer(self, stamp):
+        """Answer a set of readings of that time, ns."""
+        begins = self._pilot.answer(stamp, self._sensors.readings)
+        self._restarts = self._restarts + 1 if begins else 0
+        if self._restarts < MOST_RESTARTS:
+            self._answered_at = self._now()
+            self._go_on()
+            self._publish_command(Time(nanoseconds=stamp).to_msg())
+        else:
+            self._stop('the stamps of readings do not advance, so that all begin an episode')
 
     def _on_timer(self):
         """Stop the robot when a sensor is silent; else, unless the sensors trigger steps, step."""
@@ -324,24 +285,31 @@ class ControllerNode(LifecycleNode):
         silent = self._sensors.silent(now, self._timeout)
         if silent:
             if now - self._began > self._timeout:
-                self._stop_without(silent)
-        elif not self._on_sensors:
-            if self._trouble:
-                self.get_logger().info('goes on: all sensors are back')
-            self._trouble = ''
+                self._stop(f'no {" and no ".join(silent)} for {self._timeout:g} s')
+        elif self._on_sensors:
+            if now - self._answered_at > self._timeout:
+                self._stop(
+                    f'no complete set of readings for {self._timeout:g} s: '
+                    f'{self._sensors.why_incomplete()}'
+                )
+        else:
+            self._go_on()
             self._pilot.step(self._sensors.readings)
-            self._publish_command(self._stamp())
+            self._publish_command(self.get_clock().now().to_msg())
 
-    def _stop_without(self, silent):
-        """Stop the robot and say which sensors are missing; on the timer again and again."""
+    def _go_on(self):
+        if self._trouble:
+            self.get_logger().info('goes on')
+            self._trouble = ''
+
+    def _stop(self, reason):
+        """Stop the robot and say why; on the timer again and again."""
         first = not self._trouble
-        self._trouble = f'no {" and no ".join(silent)} for {self._timeout:g} s'
-        if self._refused:
-            self._trouble += f' (last refused: {self._refused})'
+        self._trouble = f'{reason} (last refused: {self._refused})' if self._refused else reason
         self._complaints.warn(f'robot stopped: {self._trouble}')
         if first or not self._on_sensors:
             self._pilot.stop()
-            self._publish_command(self._stamp())
+            self._publish_command(self.get_clock().now().to_msg())
 
     def _publish_command(self, stamp):
         message = self._message
@@ -360,10 +328,12 @@ class ControllerNode(LifecycleNode):
     def _report(self):
         """Tell on /diagnostics how the controller is."""
         level, text = DiagnosticStatus.OK, 'active' if self._active else 'not active'
+        if self._concerns.sentences:
+            level, text = DiagnosticStatus.WARN, '; '.join([text, *self._concerns.sentences])
         if self._active and self._trouble:
             level, text = DiagnosticStatus.ERROR, f'robot stopped: {self._trouble}'
         report = DiagnosticArray()
-        report.header.stamp = self._stamp()
+        report.header.stamp = self.get_clock().now().to_msg()
         report.status = [
             DiagnosticStatus(
                 level=level,
@@ -373,15 +343,21 @@ class ControllerNode(LifecycleNode):
                 values=[
                     KeyValue(key='commands sent', value=str(self._steps)),
                     KeyValue(key='last message refused', value=self._refused),
+                    KeyValue(key='last failure', value=self._failure),
                 ],
             )
         ]
         self._diagnostics.publish(report)
 
 
+def _arguments(topic):
+    """Return what creates a publisher of a topic."""
+    return topic.type, topic.name, topic.qos
+
+
 def main():
     """Run the node until it is stopped."""
-    return run_node(ControllerNode)
+    return run_node(ControllerNode, CONTROLLER)
 
 
 if __name__ == '__main__':

@@ -7,7 +7,8 @@ from rclpy.node import Node
 
 from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.snapshot import SPECIES, read_snapshot, snapshots
-from node_runner import run_node
+from neuro_controller.interface import GENOME_SERVER
+from node_runner import Concerns, run_node
 
 
 class GenomeServer(Node):
@@ -20,9 +21,8 @@ class GenomeServer(Node):
 
     def __init__(self):
         super().__init__('genome_server')
-        run = self.declare_parameter(
-            'run', '', ParameterDescriptor(description='run folder or snapshot', read_only=True)
-        ).value
+        GENOME_SERVER.declare(self)
+        run = self.get_parameter('run').value
         for path in sorted(SHIPPED.glob('*.npz')):
             self._serve(f'{path.stem}.', path)
         if run:
@@ -34,6 +34,7 @@ class GenomeServer(Node):
             newest = SHIPPED / 'open.npz'
         self._serve('', newest)
         self.get_logger().info(f'serves the champions of {newest}')
+        self._concerns = Concerns(self)
 
     def _serve(self, prefix, path):
         snapshot = read_snapshot(path)
@@ -47,7 +48,7 @@ class GenomeServer(Node):
 
 def main():
     """Run the node until it is stopped."""
-    return run_node(GenomeServer)
+    return run_node(GenomeServer, GENOME_SERVER)
 
 
 if __name__ == '__main__':

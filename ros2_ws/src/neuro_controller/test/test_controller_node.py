@@ -26,7 +26,7 @@ from neuro_controller.core.genome import GENES, random_genomes
 from neuro_controller.core.snapshot import read_snapshot
 
 GENOMES = random_genomes(3, np.random.default_rng(3))
-QUICK = 'trigger:=sensors', 'stamped_cmd_vel:=true', 'sensor_timeout:=1.0'
+QUICK = 'trigger:=sensors', 'sensor_timeout:=1.0', 'body_radius:=0.0'
 
 
 def controller(namespace, *parameters):

@@ -6,11 +6,20 @@ single-threaded executor is 1.6 times slower in lockstep than the events executo
 """
 
 from node_runner.complaints import Complaints
-from node_runner.runner import make_executor, run_node, run_ros, settle, stop_requested, wait_until
+from node_runner.concerns import Concerns
+from node_runner.executor import describe, make_executor
+from node_runner.interface import Interface, Parameter, Service, Topic
+from node_runner.runner import run_node, run_ros, settle, stop_requested, wait_until
 from node_runner.start import own_arguments, start_ros
 
 __all__ = [
     'Complaints',
+    'Concerns',
+    'Interface',
+    'Parameter',
+    'Service',
+    'Topic',
+    'describe',
     'make_executor',
     'own_arguments',
     'run_node',

@@ -10,6 +10,8 @@ from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 from rclpy.task import Future
 
+from node_runner.executor import describe
+
 
 async def work_on(node: Node, goal: ServerGoalHandle, result: Any, work: Callable[[], None]):
     """Do the work of a goal in a thread, so that the node hears of a cancel, and end the goal.
@@ -22,14 +24,18 @@ async def work_on(node: Node, goal: ServerGoalHandle, result: Any, work: Callabl
         It succeeds where the result says so; else it was canceled, if that was asked for, or it is
         aborted.
     result : message
-        With a field ``success``; `work` fills it.
+        With fields ``success`` and ``message``; `work` fills it.
     work : callable
+        What it raises is logged, and told as the message.
     """
     done: Future = Future(executor=node.executor)
 
     def run() -> None:
         try:
             work()
+        except Exception as error:
+            result.message = describe(error)
+            node.get_logger().error(f'a goal failed with {result.message}')
         finally:
             done.set_result(None)
 

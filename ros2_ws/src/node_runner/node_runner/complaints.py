@@ -25,8 +25,18 @@ class Complaints:
 
     def warn(self, text: str) -> None:
         """Log a sentence such as ``'predator stopped: no cmd_vel for 0.5 s'``."""
+        if self._due(text):
+            self._logger.warning(text)
+
+    def error(self, text):
+        """Log likewise, as an error."""
+        if self._due(text):
+            self._logger.error(text)
+
+    def _due(self, text):
         subject = text.partition(':')[0]
         now = time.monotonic()
-        if now - self._logged_at.get(subject, -PERIOD) >= PERIOD:
+        due = now - self._logged_at.get(subject, -PERIOD) >= PERIOD
+        if due:
             self._logged_at[subject] = now
-            self._logger.warning(text)
+        return due

@@ -1,5 +1,7 @@
 """The loop of every node, and waiting with a time limit while it turns."""
 
+from __future__ import annotations
+
 import signal
 import sys
 import threading
@@ -11,10 +13,13 @@ from typing import Protocol, runtime_checkable
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor
-from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
-from node_runner.start import complain, start_ros
+from node_runner.complaints import Complaints
+from node_runner.executor import describe, make_executor
+from node_runner.interface import Interface
+from node_runner.services import answer_always
+from node_runner.start import complain, own_arguments, start_ros
 
 SPIN_TIMEOUT = 0.1
 """Longest wait of one turn of the loop, s: a signal is honoured within this time."""
@@ -42,11 +47,13 @@ class Worker(Protocol):
         ...
 
 
-def make_executor(node: Node) -> Executor:
-    """Return an executor that spins `node`; turn it with ``spin_once`` only."""
-    executor = EventsExecutor(context=node.context)
-    executor.add_node(node)
-    return executor
+@runtime_checkable
+class Careful(Protocol):
+    """A node that makes itself safe when one of its callbacks raised."""
+
+    def on_failure(self, reason: str) -> None:
+        """Command a stop, say; `reason` tells what was raised, and where."""
+        ...
 
 
 def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
@@ -84,25 +91,58 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
         rclpy.try_shutdown()
 
 
-def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> int:
-    """Spin a node until a signal comes, see `run_ros`; a `Worker` then ends its work first."""
+def run_node(make_node: Callable[[], Node], interface: Interface) -> int:
+    """Spin a node until a signal comes, see `run_ros`; a `Worker` then ends its work first.
+
+    What a callback raises while the node spins is logged, and the node lives on; a `Careful` one
+    makes itself safe first. With ``--help``, its interface is printed instead.
+    """
+    match own_arguments(sys.argv):
+        case ['--help' | '-h']:
+            print(interface.help())
+            return 0
+        case [first, *_]:
+            print(
+                f'{interface.command}: the argument {first!r} is not known; it takes --help and '
+                'what follows --ros-args',
+                file=sys.stderr,
+            )
+            return 2
 
     def spin() -> int:
         node = _interruptible(make_node)
+        complaints = Complaints(node.get_logger())
+
+        def fail(error: Exception) -> None:
+            reason = describe(error)
+            complaints.error(f'a callback failed with {reason}')
+            if isinstance(node, Careful):
+                try:
+                    node.on_failure(reason)
+                except Exception as another:
+                    complaints.error(f'making safe failed with {describe(another)}')
+
+        def turn() -> None:
+            try:
+                executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+            except Exception as error:
+                fail(error)
+
+        answer_always(node, fail)
         executor = make_executor(node)
         try:
             while not stop_requested.is_set():
-                executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+                turn()
             if isinstance(node, Worker):
                 node.stop()
                 while node.busy:
-                    executor.spin_once(timeout_sec=SPIN_TIMEOUT)
+                    turn()
         finally:
             executor.shutdown()
             node.destroy_node()
         return 0
 
-    return run_ros(spin, args)
+    return run_ros(spin)
 
 
 def _interruptible(make_node: Callable[[], Node]) -> Node:
@@ -127,6 +167,8 @@ def wait_until(executor: Executor, condition: Callable[[], bool], timeout: float
     ------
     TimeoutError
         `what` did not happen within `timeout` seconds.
+    RuntimeError
+        A callback raised something else.
     KeyboardInterrupt
         A signal asked the process to end.
     """
@@ -137,7 +179,16 @@ def wait_until(executor: Executor, condition: Callable[[], bool], timeout: float
         remaining = deadline - time.monotonic()
         if remaining <= 0:
             raise TimeoutError(f'{what} did not happen within {timeout:g} s')
-        executor.spin_once(timeout_sec=min(remaining, SPIN_TIMEOUT))
+        _turn(executor, min(remaining, SPIN_TIMEOUT))
+
+
+def _turn(executor: Executor, timeout: float) -> None:
+    try:
+        executor.spin_once(timeout_sec=timeout)
+    except (RuntimeError, TimeoutError):
+        raise
+    except Exception as error:
+        raise RuntimeError(f'a callback failed with {describe(error)}') from error
 
 
 def settle(executor: Executor) -> None:

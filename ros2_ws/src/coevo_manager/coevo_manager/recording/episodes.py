@@ -14,8 +14,14 @@ from coevo_manager.core.behaviour import complexity
 from coevo_manager.evaluators.messages import to_environment
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.player import EpisodePlayer
-from node_runner import run_node
+from node_runner import Interface, Service, run_node
 from node_runner.actions import work_on
+
+EPISODES = Interface(
+    'coevo_manager episodes',
+    'plays episodes over topics, one at a time, with processes of its own.',
+    actions=(Service('run_episode', RunEpisode, 'plays an episode of two genomes'),),
+)
 
 
 class EpisodesNode(Node):
@@ -91,7 +97,7 @@ class EpisodesNode(Node):
 
 def main():
     """Run the executable ``episodes`` until it is stopped; return its exit code."""
-    return run_node(EpisodesNode)
+    return run_node(EpisodesNode, EPISODES)
 
 
 if __name__ == '__main__':

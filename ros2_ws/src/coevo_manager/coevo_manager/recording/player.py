@@ -138,7 +138,7 @@ class EpisodePlayer:
 
     def _start_processes(self):
         remaps = []
-        for topic in ('clock', 'tf', 'diagnostics'):
+        for topic in ('clock', 'tf', 'tf_static', 'diagnostics'):
             remaps += ['-r', f'/{topic}:={self._prefix}/{topic}']
         environment = self._environment
         self._start(
@@ -151,7 +151,6 @@ class EpisodePlayer:
                 'real_time_factor': self._pace,
                 'paused': True,
                 'episode_ticks': environment.episode_ticks,
-                'stamped_cmd_vel': True,
                 'physics': environment.physics,
                 'arena.obstacle': environment.obstacle,
                 'arena.wall_friction': environment.wall_friction,
@@ -171,8 +170,7 @@ class EpisodePlayer:
                 remaps,
                 {
                     'trigger': 'sensors',
-                    'stamped_cmd_vel': True,
-                    'sensor_timeout': TICK_TIMEOUT,
+                        'sensor_timeout': TICK_TIMEOUT,
                     'max_wheel_speed': speed,
                     **environment.network_settings,
                 },

@@ -19,7 +19,10 @@ CLOCK = '/clock'
 EVERY_TICK = (CLOCK, STATE, *GROUND_TRUTH, *(f'/{robot}/odom' for robot in ROBOTS))
 """Topics with one message for the start of an episode and one after each tick."""
 
-LATCHED = tuple(f'/{robot}/{topic}' for robot in ROBOTS for topic in ('leds', 'robot_description'))
+LATCHED = (
+    *(f'/{robot}/{topic}' for robot in ROBOTS for topic in ('leds', 'robot_description')),
+    '/tf_static',
+)
 """Topics with a message that was sent before the episode and holds for it."""
 
 _IGNORED = ('/rosout', '/parameter_events', '/transition_event')

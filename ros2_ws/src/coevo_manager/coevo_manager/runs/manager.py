@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from coevo_msgs.action import Evolve
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
@@ -17,8 +16,32 @@ from coevo_manager.core.documents import parse_document
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluators.pool import EvaluationError
 from coevo_manager.runs.run import Plan, Run, Status, make_plan, to_message
-from node_runner import run_node
+from node_runner import Interface, Parameter, Service, run_node
 from node_runner.actions import work_on
+
+MANAGER = Interface(
+    'coevo_manager manager',
+    'runs evolution, one run at a time.',
+    (
+        Parameter(
+            'evaluators',
+            -1,
+            'evaluator processes to start for a run; 0: use running ones; -1: one for each core',
+            low=-1,
+            high=1024,
+            live=True,
+        ),
+        Parameter(
+            'patience',
+            5.0,
+            'shortest time after which an evaluator counts as late, s',
+            low=0.1,
+            high=86400.0,
+            live=True,
+        ),
+    ),
+    actions=(Service('evolve', Evolve, 'starts or resumes a run'),),
+)
 
 
 class ManagerNode(Node):
@@ -26,29 +49,11 @@ class ManagerNode(Node):
 
     Bad goals are aborted with one sentence in the result, as are failed runs; a cancelled run ends
     within a generation and its folder can be resumed.
-
-    Parameters (ROS)
-    ----------------
-    evaluators : int
-        Evaluator processes to start for a run; 0: use running ones; -1: one for each core.
-    patience : float
-        The shortest time after which an evaluator counts as late, s.
     """
 
     def __init__(self) -> None:
         super().__init__('manager')
-        self._evaluators = self.declare_parameter(
-            'evaluators',
-            -1,
-            ParameterDescriptor(integer_range=[IntegerRange(from_value=-1, to_value=1024)]),
-        )
-        self._patience = self.declare_parameter(
-            'patience',
-            5.0,
-            ParameterDescriptor(
-                floating_point_range=[FloatingPointRange(from_value=0.1, to_value=86400.0)]
-            ),
-        )
+        MANAGER.declare(self)
         self._run: Run | None = None
         self._busy = False
         self._server = ActionServer(
@@ -58,6 +63,9 @@ class ManagerNode(Node):
             self._execute,
             cancel_callback=self._cancel,
         )
+
+    def _value(self, name: str) -> Any:
+        return self.get_parameter(name).value
 
     @property
     def busy(self) -> bool:
@@ -91,14 +99,14 @@ class ManagerNode(Node):
         node = Node('evolution', start_parameter_services=False)
         try:
             plan = _read_goal(goal.request)
-            evaluators = self._evaluators.value
+            evaluators, patience = map(self._value, ('evaluators', 'patience'))
             self._run = Run(
                 node,
                 plan,
                 lambda status: _tell(status, goal, result),
                 lambda message: None,
                 None if evaluators < 0 else evaluators,
-                self._patience.value,
+                patience,
             )
             if goal.is_cancel_requested:
                 self._run.stop()
@@ -144,7 +152,7 @@ def _read_goal(request: Evolve.Goal) -> Plan:
 
 def main() -> int:
     """Run the executable ``manager`` until it is stopped; return its exit code."""
-    return run_node(ManagerNode)
+    return run_node(ManagerNode, MANAGER)
 
 
 if __name__ == '__main__':

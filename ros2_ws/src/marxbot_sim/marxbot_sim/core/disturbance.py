@@ -21,7 +21,7 @@ from marxbot_sim.core.layout import (
     X,
     Y,
 )
-from marxbot_sim.core.parameters import INFRARED_RANGE, START_POSES
+from marxbot_sim.core.parameters import BODY_RADIUS, INFRARED_RANGE, START_POSES
 from marxbot_sim.core.perturbations import MAX_LATENCY_TICKS, PERFECT
 from marxbot_sim.core.randomness import NORMAL_BITS, normal, random_bits, uniform
 from marxbot_sim.core.world import ROBOT_LANES
@@ -70,7 +70,7 @@ ages : int64 (16,), ticks since the episode's start
 noise : float32 (40, 16), what was drawn for the sensors in this tick
 held : float32 (2, 16), last command that was not lost, rad/s
 queue : float32 (22, 16), commands of the last ticks, rad/s
-turning : float32 (2, 16), speeds of the wheels, rad/s
+turning : float32 (2, 16), speeds of the wheels as their encoders count them, rad/s
 rolling : float32 (2, 16), wheel speeds with which a perfect robot would move as this one does
 """
 
@@ -185,6 +185,8 @@ def disturb_readings(disturbance, readings):
     for row in range(INFRARED, CAMERA):
         true = load(readings, row)
         noisy = maximum(fma(deviation, load(noise, row), true), 0.0)
+        # As every distance: what a float32 distance from the centre, less the radius, can be.
+        noisy = (noisy + BODY_RADIUS) - BODY_RADIUS
         store(readings, row, select(true > INFRARED_RANGE, true, noisy))
     _disturb_fractions(settings, CAMERA_NOISE, noise, readings, CAMERA, GROUND)
     _disturb_fractions(settings, GROUND_NOISE, noise, readings, GROUND, TOUCH)
@@ -222,9 +224,13 @@ def disturb_wheels(disturbance, commands):
         for wheel in range(WHEEL_ROWS):
             queue[2 * write + wheel, lane] = held[wheel, lane]
             speed = queue[2 * read + wheel, lane] if age >= latency else np.float32(0.0)
-            speed = min(max(speed, -limit), limit) * (one + noise * normal(bits, wheel))
-            disturbance.turning[wheel, lane] = speed
-        left, right = disturbance.turning[LEFT, lane], disturbance.turning[RIGHT, lane]
+            disturbance.turning[wheel, lane] = min(max(speed, -limit), limit)
+        turned_left, turned_right = (
+            disturbance.turning[LEFT, lane],
+            disturbance.turning[RIGHT, lane],
+        )
+        left = np.float32(turned_left * (one + noise * normal(bits, LEFT)))
+        right = np.float32(turned_right * (one + noise * normal(bits, RIGHT)))
         mean = half * (left + right) * settings[RADIUS_SCALE, lane]
         spread = (
             half * (right - left) * settings[RADIUS_SCALE, lane] / settings[SEPARATION_SCALE, lane]
@@ -297,8 +303,8 @@ class PerturbedRobots:
         Returns
         -------
         turning, rolling : float32 arrays, shape (2, 2)
-            Speeds of the wheels, and those with which perfect robots would move as these do,
-            rad/s.
+            Speeds of the wheels as their encoders count them, and those with which perfect robots
+            would move as these do, rad/s.
         """
         if self._disturbance is None:
             exact = np.asarray(commands, dtype=np.float32)

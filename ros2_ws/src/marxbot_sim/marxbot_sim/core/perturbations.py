@@ -57,7 +57,8 @@ class Perturbations:
     )
     motor_noise: float = described(
         0.0,
-        "standard deviation of a wheel's speed as a fraction of it",
+        "standard deviation of a wheel's way as a fraction of what it turned, which odometry does "
+        'not see',
         minimum=0.0,
         maximum=1.0,
     )
@@ -99,6 +100,11 @@ class Perturbations:
             for field in fields(self)
             if field.name not in ('robots', 'seed')
         )
+
+    @property
+    def motor_noises(self):
+        """Motor noise of predator and prey."""
+        return [self.motor_noise if self.robots in ('both', name) else 0.0 for name in ROBOTS[1:]]
 
 
 PERFECT = Perturbations()

@@ -3,8 +3,8 @@
 import numpy as np
 
 from marxbot_sim.core.disturbance import PerturbedRobots
-from marxbot_sim.core.drive import dead_reckon
 from marxbot_sim.core.layout import CONTACT
+from marxbot_sim.core.odometry import Odometry
 from marxbot_sim.core.parameters import PREY_WHEEL_SPEED, Arena
 from marxbot_sim.core.perturbations import PERFECT
 from marxbot_sim.core.physics import make_world
@@ -39,10 +39,9 @@ class Simulation:
     readings : float32 array, shape (2, 37)
         What each robot reads now, noise included.
     wheels : float32 array, shape (2, 2)
-        Speeds of the wheels during the last tick, rad/s.
-    odometry : list of two tuples
-        x, y in m and heading in rad of each robot by dead reckoning, from 0 at the episode's
-        start.
+        Speeds of the wheels during the last tick, rad/s, as their encoders count them.
+    odometry : list of two Odometry
+        Dead reckoning of each robot, from 0 at the episode's start.
     """
 
     def __init__(
@@ -81,6 +80,7 @@ class Simulation:
 
     def perturb(self, perturbations):
         """Change how imperfect the robots are, from now on; starts from the next episode on."""
+        self._motor_noises = perturbations.motor_noises
         self._robots = PerturbedRobots(perturbations, [self._max_wheel_speed] * len(ROBOTS))
         self._robots.begin([max(self.episode, 0)] * len(ROBOTS))
 
@@ -118,7 +118,7 @@ class Simulation:
         self.tick = 0
         self.captured = False
         self.wheels = np.zeros((2, 2), np.float32)
-        self.odometry = [(0.0, 0.0, 0.0)] * len(ROBOTS)
+        self.odometry = [Odometry() for _ in ROBOTS]
         self._robots.begin([episode] * len(ROBOTS))
         self.readings = self._robots.sense(world.readings)
 
@@ -137,10 +137,10 @@ class Simulation:
         """
         self.wheels, rolling = self._robots.drive(commands)
         self.captured = self._world.step(rolling)
-        self.odometry = [
-            dead_reckon(pose, wheels)
-            for pose, wheels in zip(self.odometry, self.wheels, strict=True)
-        ]
+        forces = self.contact_forces
+        for robot, odometry in enumerate(self.odometry):
+            held = self.captured or bool(forces[robot] > 0)
+            odometry.advance(self.wheels[robot], self._motor_noises[robot], held)
         self.tick += 1
         self.readings = self._robots.sense(self._world.readings)
         return self.captured

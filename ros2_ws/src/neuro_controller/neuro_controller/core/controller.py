@@ -26,6 +26,7 @@ from neuro_controller.core.settings import (
     GROUND_CODINGS,
     INFRARED_RESPONSES,
     MAX_WHEEL_SPEED,
+    MIN_WHEEL_SPEED,
     MOTOR_MAPS,
 )
 from simd_lanes import aligned_rows, compile_kernel
@@ -61,10 +62,10 @@ def settings_column(
     ValueError
         If a value is out of its range, in one sentence.
     """
-    if not 0.0 < max_wheel_speed <= MAX_WHEEL_SPEED:
+    if not MIN_WHEEL_SPEED <= max_wheel_speed <= MAX_WHEEL_SPEED:
         raise ValueError(
             f'max_wheel_speed is {max_wheel_speed}, '
-            f'expected rad/s above 0 and up to {MAX_WHEEL_SPEED:g}'
+            f'expected rad/s from {MIN_WHEEL_SPEED:g} to {MAX_WHEEL_SPEED:g}'
         )
     if not 1 <= episode_ticks < math.inf:
         raise ValueError(

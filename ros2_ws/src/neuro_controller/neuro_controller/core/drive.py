@@ -1,5 +1,8 @@
 """From wheel speeds to the body's speeds, for a robot that takes a Twist."""
 
+BODY_RADIUS = 0.085
+"""Radius of a MarxBot's body, m (paper A1)."""
+
 WHEEL_RADIUS = 0.027
 """Radius of a MarxBot's wheel, m (FARSA)."""
 

@@ -11,9 +11,10 @@ class Limits:
     Attributes
     ----------
     linear_speed, angular_speed
-        m/s and rad/s, above 0. A command beyond one is slowed down as a whole: its curve stays.
+        Highest speed, m/s and rad/s, above 0. A command beyond one is slowed down as a whole: its
+        curve stays.
     linear_acceleration, angular_acceleration
-        m/s^2 and rad/s^2, above 0; braking counts as well.
+        Highest acceleration, m/s^2 and rad/s^2, above 0; braking counts as well.
 
     Raises
     ------

@@ -73,12 +73,20 @@ class Pilot:
         stamp : tuple
             Time of the readings, in an order.
         readings : float32 array, shape (37,)
+
+        Returns
+        -------
+        bool
+            Whether they began a new episode.
         """
+        begins = False
         if self._answered is not None:
             last_stamp, last_readings = self._answered
             if stamp == last_stamp and np.array_equal(readings, last_readings):
-                return
-            if stamp <= last_stamp:
+                return False
+            begins = stamp <= last_stamp
+            if begins:
                 self.reset()
         self._answered = stamp, readings.copy()
         self.step(readings)
+        return begins

@@ -13,6 +13,9 @@ GROUND_CODINGS = {'relative': (10.0, 1.0, 0.5), 'raw': (1.0, 0.0, 0.0)}
 0..1, as gain, share and offset: 0.5 + 10 (g - mean), which tells directions (the authors' later
 code), or g. The fifth neuron is the mean of the readings in both."""
 
+MIN_WHEEL_SPEED = 0.01
+"""Lowest setting of the highest wheel speed, rad/s."""
+
 MAX_WHEEL_SPEED = 30.0
 """Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of
 2**-16 up to there."""
