@@ -12,6 +12,10 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (
+            f'share/{PACKAGE}/examples/predator_robot',
+            [str(path) for path in Path('examples/predator_robot').iterdir()],
+        ),
         (f'share/{PACKAGE}/launch', [str(path) for path in Path('launch').iterdir()]),
         (f'share/{PACKAGE}/config', [str(path) for path in Path('config').iterdir()]),
     ],

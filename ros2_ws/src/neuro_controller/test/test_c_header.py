@@ -1,6 +1,7 @@
 """The C header, compiled, against the controller."""
 
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from neuro_controller.core.controller import Controller
 from neuro_controller.core.drive import body_speeds
 from neuro_controller.core.genome import random_genomes
 
+STRICT = ['-Wall', '-Wextra', '-Wconversion', '-Werror', '-pedantic']
 MAIN = """
 #include <stdio.h>
 #include "robot.h"
@@ -70,7 +72,7 @@ def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, choices
     settings = {'max_wheel_speed': 8.5, 'episode_ticks': 700, **choices}
     (tmp_path / 'robot.h').write_text(c_header(genome, 'robot', **settings))
     (tmp_path / 'main.c').write_text(MAIN)
-    flags = ['-std=c99', '-Wall', '-Wextra', '-Werror', '-pedantic', '-O1']
+    flags = ['-std=c99', *STRICT, '-O1']
     program = tmp_path / 'main'
     subprocess.run(['cc', *flags, tmp_path / 'main.c', '-lm', '-o', program], check=True)
     readings = some_readings(rng, 1000)
@@ -86,6 +88,56 @@ def test_the_header_is_strict_c99_and_agrees_bit_for_bit(tmp_path, seed, choices
         assert (step['outputs'] == controller.outputs).all()
         assert (step['wheels'] == wheels).all()
         assert step['body'].tolist() == list(body_speeds(wheels))
+
+
+def test_cpp_and_c_compute_the_same(tmp_path):
+    genome = random_genomes(1, np.random.default_rng(5))[0]
+    (tmp_path / 'robot.h').write_text(c_header(genome, 'robot', 10.0))
+    readings = some_readings(np.random.default_rng(6), 300).tobytes()
+    outputs = []
+    for compiler, standard, name in (('cc', 'c99', 'main.c'), ('c++', 'c++17', 'main.cpp')):
+        (tmp_path / name).write_text(MAIN)
+        program = tmp_path / standard
+        command = [compiler, f'-std={standard}', *STRICT, tmp_path / name, '-lm', '-o', program]
+        subprocess.run(command, check=True)
+        run = subprocess.run(program, input=readings, capture_output=True, check=True)
+        outputs.append(run.stdout)
+    assert outputs[0] == outputs[1] and len(outputs[0]) == 300 * RECORD.itemsize
+
+
+ARDUINO = """
+#include <math.h>
+#include <stdio.h>
+#define HIGH 1
+#define LOW 0
+static unsigned long now_ms;
+static unsigned long millis(void) { return now_ms; }
+static int analogRead(int) { return 2000; }
+static int digitalRead(int) { return LOW; }
+static void digitalWrite(int, int) {}
+static void analogWrite(int motor, int duty) { printf("%d %d\\n", motor, duty); }
+"""
+
+
+def test_the_example_sketch_drives_on_the_host(tmp_path):
+    """Compiled as an Arduino would: C++, its core included before the sketch, strictly."""
+    sketch = Path(__file__).parent.parent / 'examples' / 'predator_robot' / 'predator_robot.ino'
+    genome = random_genomes(1, np.random.default_rng(5))[0]
+    (tmp_path / 'predator.h').write_text(c_header(genome, 'predator', 10.0))
+    body = '\nint main() { setup(); for (; now_ms < 1000; now_ms++) loop(); }\n'
+    (tmp_path / 'sketch.cpp').write_text(ARDUINO + sketch.read_text() + body)
+    program = tmp_path / 'sketch'
+    command = ['c++', '-std=c++17', *STRICT, tmp_path / 'sketch.cpp', '-lm', '-o', program]
+    subprocess.run(command, check=True)
+    output = subprocess.run(program, capture_output=True, check=True, text=True).stdout
+
+    controller, expected = Controller(genome, 10.0), []
+    readings = np.full(37, np.inf, np.float32)
+    readings[24:], readings[32:36] = 0, np.float32(2000) / np.float32(4095)
+    for _ in range(10):
+        for motor, speed in enumerate(controller.step(readings)):
+            expected.append(f'{motor} {int(np.float32(25.5) * abs(speed))}')
+    assert output.split('\n')[:-1] == expected
 
 
 @pytest.mark.parametrize(

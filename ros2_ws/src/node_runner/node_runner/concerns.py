@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import cast
 
 import yaml
 from rclpy.clock import Clock, ClockType
@@ -51,8 +52,8 @@ class Concerns:
     @property
     def without_clock(self) -> bool:
         """Whether the node waits for the first message on /clock."""
-        clock = self._node.get_clock()
-        return clock.ros_time_is_active and clock.now().nanoseconds == 0
+        simulated = self._node.get_parameter('use_sim_time').value
+        return simulated and self._node.get_clock().now().nanoseconds == 0
 
     def _look(self) -> None:
         before, self.sentences = self.sentences, [*self._started, *_other_types(self._node)]
@@ -105,6 +106,6 @@ def _other_types(node: Node) -> Iterator[str]:
         (node.publishers, 'taken', node.get_subscriptions_info_by_topic),
     ):
         for entity in own:
-            expected, topic = type_name(entity.msg_type), entity.topic_name
+            expected, topic = type_name(cast(type, entity.msg_type)), entity.topic_name
             for other in sorted({e.topic_type for e in endpoints(topic)} - {expected}):
                 yield f'{topic} is {expected} here, and {verb} as {other} by another node'

@@ -1,4 +1,4 @@
-"""A controller as one self-contained C99 header, for a robot without Python."""
+"""A controller as one self-contained header, C99 and C++17, for a robot without Python."""
 
 import re
 
@@ -35,7 +35,7 @@ from neuro_controller.core.network import (
 )
 
 _TEMPLATE = """\
-/* A controller evolved for a MarxBot, as one C99 header that needs but libm.
+/* A controller evolved for a MarxBot, as one header that needs but libm: C99, and C++ too.
  *
  *     static @NAME@_controller robot;
  *     @NAME@_reset(&robot);
@@ -78,8 +78,7 @@ static const float @NAME@_hidden_to_output[@OUTPUTS@][@HIDDEN@] = @HIDDEN_TO_OUT
 
 static inline void @NAME@_reset(@NAME@_controller *c)
 {
-    static const @NAME@_controller start;
-    *c = start;
+    memset(c, 0, sizeof *c);
 }
 
 /* 1 / (1 + exp(-x)), with exp(-x) = 2^k 2^f, k an integer and |f| <= 1/2. */
