@@ -170,7 +170,7 @@ class EpisodePlayer:
                 remaps,
                 {
                     'trigger': 'sensors',
-                        'sensor_timeout': TICK_TIMEOUT,
+                    'sensor_timeout': TICK_TIMEOUT,
                     'max_wheel_speed': speed,
                     **environment.network_settings,
                 },
