@@ -15,7 +15,9 @@ from marxbot_sim.core.simulation import Simulation
 from marxbot_sim.core.world import World
 
 SPEEDS = (8.5, 10.0)
-READINGS = np.concatenate([np.full(24, 0.05), np.full(8, 0.5), np.full(4, 0.4), [1.0]]).astype(
+# As every distance: a float32 distance from the centre, less the radius.
+NEAR = (np.float32(0.05) + np.float32(BODY_RADIUS)) - np.float32(BODY_RADIUS)
+READINGS = np.concatenate([np.full(24, NEAR), np.full(8, 0.5), np.full(4, 0.4), [1.0]]).astype(
     np.float32
 ) * np.ones((2, 1), np.float32)
 NOISY = Perturbations(
