@@ -174,3 +174,25 @@ def test_rigid_bodies_judge_robots_much_as_the_kernel_does():
 def test_a_wrong_environment_is_named(field, value):
     with pytest.raises(ValueError, match=f'^{field} is .*, expected '):
         Environment(**{field: value})
+
+
+@pytest.mark.parametrize('physics', ['kinematic', 'pymunk'])
+def test_the_episodes_of_a_pair_are_summed_and_each_has_its_own_start(physics):
+    predators, prey = populations(3, seed=4)
+    perturbations = Perturbations(start_displacement=0.3, start_rotation=3.0, camera_noise=0.05)
+    environment = Environment(
+        physics=physics, episode_ticks=150, perturbations=perturbations, repetitions=4
+    )
+    once = dataclasses.replace(environment, repetitions=1)
+    i, j = np.arange(3), np.arange(3)
+    traces = [
+        [trace_pair(predators[k], prey[k], once, repetition) for repetition in range(4)]
+        for k in range(3)
+    ]
+    ticks = np.array([[trace.ticks for trace in pair] for pair in traces])
+    assert len({trace.poses[0].tobytes() for trace in traces[0]}) == 4
+    summed, complexity = measure_pairs(predators, prey, i, j, environment)
+    np.testing.assert_array_equal(summed, ticks.sum(axis=1))
+    single, own = measure_pairs(predators, prey, i, j, once)
+    np.testing.assert_array_equal(single, ticks[:, 0])
+    assert (complexity != own).any()

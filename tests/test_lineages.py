@@ -19,6 +19,11 @@ ENVIRONMENTS = {
         episode_ticks=200,
         perturbations=Perturbations(infrared_noise=0.01, start_displacement=0.1, latency_ticks=1),
     ),
+    'repeated': Environment(
+        episode_ticks=100,
+        repetitions=3,
+        perturbations=Perturbations(camera_noise=0.1, start_displacement=0.3, start_rotation=3.0),
+    ),
     'pymunk': Environment(physics='pymunk', episode_ticks=60),
 }
 

@@ -82,8 +82,8 @@ class Run:
 
     @cached_property
     def environment(self) -> Environment:
-        """Where its episodes are played."""
-        return self.configuration.make_environment()
+        """Where the episodes of the analysis are played: each pair plays once."""
+        return replace(self.configuration.make_environment(), repetitions=1)
 
     @cached_property
     def versions(self) -> str:

@@ -38,6 +38,13 @@ class Configuration:
         'individuals',
         minimum=0,
     )
+    episodes_per_opponent: int = described(
+        1,
+        'episodes in which each agent meets each opponent, each with starts and noise of its own',
+        'episodes',
+        minimum=1,
+        maximum=100,
+    )
     phases: int | None = described(
         100,
         'the run ends after this many phases; "none" where another budget ends it',
@@ -155,7 +162,13 @@ class Configuration:
 
     def make_environment(self) -> Environment:
         """Return the environment of every episode of the run."""
-        return make_environment(self.as_dict())
+        environment = make_environment(self.as_dict())
+        return dataclasses.replace(environment, repetitions=self.episodes_per_opponent)
+
+    @property
+    def pair_ticks(self) -> int:
+        """Most ticks that the episodes of one pair last together."""
+        return self.episode_ticks * self.episodes_per_opponent
 
     def as_dict(self) -> dict[str, Any]:
         """Return every field by name, in the order above."""

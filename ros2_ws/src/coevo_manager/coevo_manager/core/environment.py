@@ -75,6 +75,13 @@ class Environment:
         'exact motion, compiled; or rigid bodies, some hundred times slower',
         choices=PHYSICS,
     )
+    repetitions: int = described(
+        1,
+        'episodes of each pair, each with starts and noise of its own; their ticks are summed',
+        'episodes',
+        minimum=1,
+        maximum=100,
+    )
     perturbations: Perturbations = PERFECT
 
     def __post_init__(self) -> None:
@@ -105,7 +112,11 @@ class Environment:
         return self.predator_speed, self.prey_speed
 
 
-_PLAIN = {name: option for name, option in options_of(Environment).items() if name != 'obstacle'}
+_PLAIN = {
+    name: option
+    for name, option in options_of(Environment).items()
+    if name not in ('obstacle', 'repetitions')
+}
 _RENAMED = {'robots': 'perturbed_robots', 'seed': 'perturbation_seed'}
 _PERTURBATIONS = {
     name: dataclasses.replace(option, name=_RENAMED.get(name, name))
@@ -125,8 +136,8 @@ OPTIONS: dict[str, Option] = {
     option.name: option for option in (_PLACE, *_PLAIN.values(), *_PERTURBATIONS.values())
 }
 """How configurations and command lines describe an environment, by name: one flat list, where
-`environment` stands for the obstacle, and the perturbations' `robots` and `seed` have names that
-can stand alone."""
+`environment` stands for the obstacle, a pair plays once, and the perturbations' `robots` and
+`seed` have names that can stand alone."""
 
 
 def make_environment(values: Mapping[str, Any]) -> Environment:

@@ -64,7 +64,7 @@ def test_a_single_value_overrides_the_world():
 
 def test_every_condition_of_an_episode_can_be_configured():
     names = {field.name for field in dataclasses.fields(Environment)}
-    assert names - set(FIELDS) == {'obstacle', 'perturbations'}
+    assert names - set(FIELDS) == {'obstacle', 'perturbations', 'repetitions'}
     assert {name: FIELDS[name] for name in OPTIONS} == OPTIONS
     imperfect = Perturbations(
         **dict.fromkeys(('wheel_radius_scale', 'wheel_separation_scale'), 1.1),
@@ -90,9 +90,10 @@ def test_every_condition_of_an_episode_can_be_configured():
         'physics': 'pymunk',
         'wall_friction': 0.1,
     }
-    configuration = load_configuration({**choices, **values})
+    each = {'episodes_per_opponent': 4}
+    configuration = load_configuration({**choices, **values, **each})
     environment = configuration.make_environment()
-    assert environment == Environment(**choices, perturbations=imperfect)
+    assert environment == Environment(**choices, perturbations=imperfect, repetitions=4)
 
 
 def test_given_values_replace_those_of_the_preset():

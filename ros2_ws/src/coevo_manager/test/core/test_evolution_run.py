@@ -427,3 +427,30 @@ def test_the_prey_evolves_from_the_phase_after_the_swap(phases, evolves):
 def test_vanilla_says_how_many_evolve():
     (remark,) = remarks(load_configuration({'algorithm': 'vanilla'}), 100)
     assert remark.endswith('N = n = 10')
+
+
+@pytest.mark.parametrize('optimizer', ['one_plus_one', 'openai_es'])
+def test_episodes_per_opponent_count_and_change_results_but_not_their_repeatability(
+    tmp_path, optimizer
+):
+    values = {'world': 'varied', 'optimizer': optimizer, 'episodes_per_opponent': 3}
+    configuration = configure(**values)
+    run(tmp_path / 'one', configuration)
+    shuffled = DisorderlyEvaluator(configuration.make_environment(), 3)
+    run(tmp_path / 'other', configuration, shuffled)
+    assert contents(tmp_path / 'one') == contents(tmp_path / 'other')
+    last = table(tmp_path / 'one' / 'phases.csv')[-1]
+    assert int(last['episodes']) == Budget(configuration).episodes(configuration.phases)
+    once = configure(**values | {'episodes_per_opponent': 1})
+    assert Budget(configuration).episodes(5) == 3 * Budget(once).episodes(5)
+    with np.load(tmp_path / 'one' / 'snapshots' / 'gen_000012.npz') as file:
+        ticks = evaluate_matrix(file['predators'], file['prey'], configuration.make_environment())
+        expected = 1 - ticks / configuration.pair_ticks
+        np.testing.assert_allclose(file['fitness'], expected, atol=1e-6)
+
+
+def test_equal_episodes_are_remarked():
+    values = {'episodes_per_opponent': 5, 'phases': 100}
+    (remark,) = remarks(load_configuration(values | {'world': 'faithful'}), 100)
+    assert 'are equal' in remark
+    assert not remarks(load_configuration(values | {'world': 'varied'}), 100)

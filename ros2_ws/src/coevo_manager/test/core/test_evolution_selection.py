@@ -159,7 +159,7 @@ def contest():
     fitness[:8, 7] = 10
     fitness[8, [0, 7]] = 9, 10
     fitness[9, 0] = 10
-    return Contest(fitness, np.arange(10), episode_ticks=10)
+    return Contest(fitness, np.arange(10), pair_ticks=10)
 
 
 @pytest.mark.parametrize(

@@ -106,6 +106,21 @@ class Perturbations:
         """Motor noise of predator and prey."""
         return [self.motor_noise if self.robots in ('both', name) else 0.0 for name in ROBOTS[1:]]
 
+    @property
+    def random(self):
+        """Whether episodes of the same two robots differ."""
+        return any(getattr(self, name) > 0 for name in _RANDOM)
+
+
+_RANDOM = (
+    'infrared_noise',
+    'camera_noise',
+    'ground_noise',
+    'motor_noise',
+    'command_loss',
+    'start_displacement',
+    'start_rotation',
+)
 
 PERFECT = Perturbations()
 """Nothing is imperfect."""

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from coevo_manager.core.episodes.numbering import episode_number
+from coevo_manager.core.episodes.numbering import episode_number, repeated
 from coevo_manager.core.episodes.schedule import IDLE, end_episode, next_episode, row
 from marxbot_sim.core.disturbance import begin_at, disturb_readings, disturb_wheels
 from marxbot_sim.core.layout import LEFT, RIGHT
@@ -147,10 +147,10 @@ def run_episodes(
                     start_robot(pair, predator, rows)
                     start_robot(pair + HALF, prey, rows)
                     if disturbance is not None:
-                        begin_at(disturbance, pair, seed, episode_number(prey), rows.bodies)
-                        begin_at(
-                            disturbance, pair + HALF, seed, episode_number(predator), rows.bodies
-                        )
+                        against_prey = repeated(episode_number(prey), episode['repetition'])
+                        begin_at(disturbance, pair, seed, against_prey, rows.bodies)
+                        against = repeated(episode_number(predator), episode['repetition'])
+                        begin_at(disturbance, pair + HALF, seed, against, rows.bodies)
             if lane_episode[pair] != IDLE:
                 busy |= 1 << pair
             else:

@@ -7,6 +7,8 @@ from neuro_controller.core.genome import GENES
 
 _FACTORS = np.uint64(0x9E3779B97F4A7C15) * (2 * np.arange(GENES, dtype=np.uint64) + np.uint64(1))
 
+_STEP = np.uint64(0xD1342543DE82EF95)
+
 
 @numba.njit
 def episode_number(genome):
@@ -26,15 +28,31 @@ def episode_number(genome):
     return np.sum(genome.view(np.uint32) * _FACTORS)
 
 
-def episode_numbers(genomes):
-    """Return the `episode_number` of each genome.
+@numba.njit
+def repeated(number, repetition):
+    """Return the number of a further episode of the same pair, with random values of its own.
+
+    Parameters
+    ----------
+    number : uint64
+        `episode_number` of the opponent.
+    repetition : int
+        From 0, which is the pair's only episode where it has no other.
+    """
+    return number + np.uint64(repetition) * _STEP
+
+
+def episode_numbers(genomes, repetition=0):
+    """Return the `repeated` `episode_number` of each genome.
 
     Parameters
     ----------
     genomes : sequence of float32 arrays, shape (442,)
+    repetition : int
 
     Returns
     -------
     uint64 array, shape (n,)
     """
-    return np.array([episode_number(genome) for genome in genomes], np.uint64)
+    numbers = np.array([episode_number(genome) for genome in genomes], np.uint64)
+    return numbers + np.array([repetition], np.uint64) * _STEP

@@ -43,7 +43,8 @@ def evaluate_pairs(
     Returns
     -------
     int32 array, shape (n,)
-        Tick in which the prey was captured, from 1; the length of an episode if it was not.
+        Tick in which the prey was captured, from 1; the length of an episode if it was not. Where
+        ``environment.repetitions`` is more than 1, the sum over the pair's episodes.
 
     Raises
     ------

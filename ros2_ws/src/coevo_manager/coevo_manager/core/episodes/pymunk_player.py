@@ -82,12 +82,13 @@ class PymunkPlayer:
                 players = [
                     row(rings.genomes, episode[species]) for species in ('predator', 'prey')
                 ]
-                self._arenas.place(number * HALF + pair, self._begin(lanes, pair, players))
+                poses = self._begin(lanes, pair, players, episode['repetition'])
+                self._arenas.place(number * HALF + pair, poses)
 
-    def _begin(self, lanes, pair, players):
+    def _begin(self, lanes, pair, players, repetition):
         """Put two genomes in their lanes and return where the robots start."""
         poses = list(START_POSES)
-        opponents = episode_numbers(players[::-1])
+        opponents = episode_numbers(players[::-1], repetition)
         for robot, genome in enumerate(players):
             lane = pair + robot * HALF
             _start(lane, genome, lanes.rows)

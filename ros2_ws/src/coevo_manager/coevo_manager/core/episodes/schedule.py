@@ -32,11 +32,13 @@ EPISODE = np.dtype(
         ('predator', np.int64),
         ('prey', np.int64),
         ('request', np.int64),
+        ('repetition', np.int64),
         ('ticks', np.int32),
         ('complexity', np.float32, (2,)),
     ]
 )
-"""Numbers of the two genomes and of the request that asked; what came of it."""
+"""Numbers of the two genomes, of the request that asked and of the repetition among the episodes
+of the pair; what came of it."""
 
 REQUEST = np.dtype(
     [
@@ -56,7 +58,7 @@ REQUEST = np.dtype(
 next : number of the episode to start next
 ready : one more than the last episode that may be started
 unfinished : episodes that have not ended
-size : opponents of a lineage, which are the episodes of a generation; 0 for a batch
+size : episodes of a generation of a lineage, all against all opponents; 0 for a batch
 unfinished_offspring : episodes of the present offspring that have not ended
 parent : number of the parent's genome; that of the offspring is the next
 parent_ticks : capture ticks of the parent summed over the opponents

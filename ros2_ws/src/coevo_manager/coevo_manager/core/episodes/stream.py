@@ -57,6 +57,8 @@ class EpisodeStream:
 
     A request's episodes need not start together or end together, so the lanes never idle while any
     request waits. The result of an episode depends on its two genomes and the environment alone.
+    Where the environment has each pair play several episodes, their ticks are summed and their
+    complexities averaged.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ class EpisodeStream:
             ticket,
             first,
             ready=first['episodes'],
-            size=opponents,
+            size=opponents * self.environment.repetitions,
             parent=first['genomes'],
             parent_ticks=lineage.parent_ticks,
             sign=-1 if hunting else 1,
@@ -145,7 +147,7 @@ class EpisodeStream:
         Returns
         -------
         list of (ticket, int32 array of shape (n,), float32 array of shape (n, 2))
-            Capture ticks and complexities of the finished requests.
+            Capture ticks and complexities of the finished requests' pairs.
         """
         return self._collect() if self._player.play(self._arrays()) else []
 
@@ -169,9 +171,11 @@ class EpisodeStream:
         }
 
     def _add_episodes(self, predators, prey):
-        rows = self._episodes.extend(len(predators))
-        self._episodes.array['predator'][rows] = predators
-        self._episodes.array['prey'][rows] = prey
+        repetitions = self.environment.repetitions
+        rows = self._episodes.extend(len(predators) * repetitions)
+        self._episodes.array['predator'][rows] = np.repeat(predators, repetitions)
+        self._episodes.array['prey'][rows] = np.repeat(prey, repetitions)
+        self._episodes.array['repetition'][rows] = np.arange(len(rows)) % repetitions
         self._episodes.array['request'][rows] = self._requests.end
 
     def _add_request(self, ticket, first, **fields):
@@ -194,10 +198,9 @@ class EpisodeStream:
                 waiting.append(request)
             else:
                 rows = self._episodes.rows(request.first['episodes'], request.end_episode)
-                episodes = self._episodes.array
-                results.append(
-                    (request.ticket, episodes['ticks'][rows], episodes['complexity'][rows])
-                )
+                episodes = self._episodes.array[rows].reshape(-1, self.environment.repetitions)
+                ticks = episodes['ticks'].sum(axis=1, dtype=np.int32)
+                results.append((request.ticket, ticks, episodes['complexity'].mean(axis=1)))
         self._waiting = waiting
         self._requests.first = waiting[0].number if waiting else self._requests.end
         self._queue[FIRST] = self._requests.first

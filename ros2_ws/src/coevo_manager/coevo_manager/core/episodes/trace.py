@@ -41,22 +41,24 @@ class Trace:
     captured: bool
 
 
-def trace_pair(predator, prey, environment=Environment()):
+def trace_pair(predator, prey, environment=Environment(), repetition=0):
     """Play one episode through `World` and `Controller`, which run the batch's functions.
 
     Parameters
     ----------
     predator, prey : array_like, float32, shape (442,)
     environment : Environment
+    repetition : int
+        Which of the pair's episodes, from 0 to below ``environment.repetitions``.
 
     Returns
     -------
     Trace
-        ``ticks`` is what `evaluate_pairs` gives for this pair.
+        ``ticks`` is what `evaluate_pairs` gives for this pair, summed over its repetitions.
     """
     world = make_world(environment.physics, environment.arena)
     robots = PerturbedRobots(environment.perturbations, environment.max_wheel_speeds)
-    opponents = episode_numbers(np.array([prey, predator], np.float32))
+    opponents = episode_numbers(np.array([prey, predator], np.float32), repetition)
     world.reset(robots.starts(opponents))
     robots.begin(opponents)
     controllers = [

@@ -42,12 +42,13 @@ class Contest:
         Fitness against each individual of the opposing population, in ticks.
     training : int64 (N + n,)
         Fitness summed over the phase's opponents, in ticks.
-    episode_ticks : int
+    pair_ticks : int
+        Most fitness against one opponent, in ticks.
     """
 
     fitness: np.ndarray
     training: np.ndarray
-    episode_ticks: int
+    pair_ticks: int
 
 
 class Algorithm(abc.ABC):
@@ -105,7 +106,7 @@ class Algorithm(abc.ABC):
         counted = contest.fitness
         if self.configuration.ranking_weights == 'incumbents':
             counted = counted[: self.configuration.population]
-        return weighted_scores(contest.fitness, opponent_weights(counted, contest.episode_ticks))
+        return weighted_scores(contest.fitness, opponent_weights(counted, contest.pair_ticks))
 
     def remember(self, state: State, species: str) -> None:  # noqa: B027 (optional)
         """Take note of a population that has just changed."""

@@ -13,7 +13,7 @@ class Budget:
     Attributes
     ----------
     first : int
-        Episodes of the first evaluation, N x N.
+        Episodes of the first evaluation: N x N, times those of each pair, as in all that follows.
     overhead : int
         Episodes of a phase outside its generations: the n evolved agents against the whole
         opposing population, n x N, and the N incumbents against opponents from elsewhere.
@@ -26,9 +26,10 @@ class Budget:
         candidates = optimizers.load(configuration.optimizer).candidates(configuration)
         external = algorithms.load(configuration.algorithm).external_opponents
         self._configuration = configuration
-        self.first = population * population
-        self.overhead = selected * population * (2 if external else 1)
-        self.generation = selected * candidates * selected
+        each = configuration.episodes_per_opponent
+        self.first = population * population * each
+        self.overhead = selected * population * (2 if external else 1) * each
+        self.generation = selected * candidates * selected * each
 
     def episodes(self, phases: int) -> int:
         """Return the episodes of a run of that many whole phases."""

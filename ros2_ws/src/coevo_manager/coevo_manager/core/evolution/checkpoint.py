@@ -120,7 +120,7 @@ def load(path: Path, configuration: Configuration, algorithm: Algorithm) -> tupl
 
 
 def _state(arrays: Mapping[str, np.ndarray], configuration: Configuration) -> State:
-    size, longest = configuration.population, configuration.episode_ticks
+    size, longest = configuration.population, configuration.pair_ticks
     genomes = [check_genomes(arrays[name], name) for name in ('predators', 'prey')]
     ticks, evolving = arrays['capture_ticks'], str(arrays['evolving'])
     if [len(population) for population in genomes] != [size, size]:

@@ -174,7 +174,7 @@ class Evolution:
         """Draw both populations, evaluate everyone against everyone, and save."""
         predators, prey = self._first_populations()
         ticks = evaluate_all(self._evaluator, predators, prey, self._stop)
-        state = State(predators, prey, ticks, self.configuration.episode_ticks)
+        state = State(predators, prey, ticks, self.configuration.pair_ticks)
         self._add_cost(state, ticks)
         for species in SPECIES:
             self._algorithm.remember(state, species)
@@ -220,11 +220,11 @@ class Evolution:
         if configuration.replacement == 'evolved':
             places, retained = chosen, np.arange(len(chosen))
         else:
-            new = fitness_of(species, evolved.capture_ticks, state.episode_ticks)
+            new = fitness_of(species, evolved.capture_ticks, state.pair_ticks)
             contest = Contest(
                 np.concatenate((state.fitness(species), new)),
                 np.concatenate((training, evolved.training)),
-                state.episode_ticks,
+                state.pair_ticks,
             )
             scores = self._algorithm.scores(contest)
             places, retained = replacements(scores, configuration.population)
@@ -272,10 +272,10 @@ class Evolution:
         else:
             ticks = evaluate_all(self._evaluator, theirs, ours, self._stop).T
         self._add_cost(state, ticks)
-        return fitness_of(species, ticks, state.episode_ticks)
+        return fitness_of(species, ticks, state.pair_ticks)
 
     def _add_cost(self, state: State, capture_ticks: np.ndarray) -> None:
-        state.episodes += capture_ticks.size
+        state.episodes += capture_ticks.size * self.configuration.episodes_per_opponent
         state.ticks += int(capture_ticks.sum(dtype=np.int64))
 
     def _save(

@@ -87,6 +87,12 @@ def remarks(configuration: Configuration, phases: int | None) -> list[str]:
             f'in the algorithm vanilla everyone evolves against everyone: N = n = '
             f'{configuration.population}'
         )
+    each = configuration.episodes_per_opponent
+    if each > 1 and not configuration.make_environment().perturbations.random:
+        found.append(
+            f'the {each} episodes of each pair are equal, since neither starts nor noise differ '
+            f'in the world {configuration.world} as it is set'
+        )
     swap = configuration.swap_generations
     if phases is not None and phases <= -(-swap // configuration.generations):
         found.append(

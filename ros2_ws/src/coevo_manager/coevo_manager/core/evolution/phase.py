@@ -107,7 +107,7 @@ class _Agent:
         self._phase = phase
         self._optimizer = optimizer
         self._candidates = optimizer.candidates(configuration)
-        self._most = len(phase.opponents) * configuration.episode_ticks
+        self._most = len(phase.opponents) * configuration.pair_ticks
 
     @property
     def genome(self) -> np.ndarray:
@@ -228,7 +228,7 @@ def evolve(
 
 
 def _make_agents(phase: Phase, configuration: Configuration) -> list[_Agent]:
-    most = len(phase.opponents) * configuration.episode_ticks
+    most = len(phase.opponents) * configuration.pair_ticks
     kind = optimizers.load(configuration.optimizer)
     agents = []
     for index, (genome, training) in enumerate(zip(phase.agents, phase.training, strict=True)):

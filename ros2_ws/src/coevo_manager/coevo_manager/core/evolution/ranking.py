@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 
-def opponent_weights(fitness: np.ndarray, episode_ticks: int) -> np.ndarray:
+def opponent_weights(fitness: np.ndarray, pair_ticks: int) -> np.ndarray:
     """Sum each opponent's own fitness over the individuals it met.
 
     Parameters
     ----------
     fitness : int (individuals, N)
         Fitness of each individual against each opponent, in ticks.
-    episode_ticks : int
+    pair_ticks : int
 
     Returns
     -------
     int64 (N,)
         In ticks: the opponent's mean fitness times a constant, which does not change a ranking.
     """
-    return (episode_ticks - fitness).sum(axis=0, dtype=np.int64)
+    return (pair_ticks - fitness).sum(axis=0, dtype=np.int64)
 
 
 def weighted_scores(fitness: np.ndarray, weights: np.ndarray) -> np.ndarray:

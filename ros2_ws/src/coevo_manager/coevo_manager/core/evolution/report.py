@@ -39,17 +39,19 @@ def write_report(
         ('evolved', 'evolved', state.capture_ticks),
     )
     table = '\n'.join(
-        f'| {predators} | {prey} | {_fitness(ticks, state.episode_ticks):.3f} '
-        f'| {1 - _fitness(ticks, state.episode_ticks):.3f} '
-        f'| {np.mean(ticks < state.episode_ticks):.1%} |'
+        f'| {predators} | {prey} | {_fitness(ticks, state.pair_ticks):.3f} '
+        f'| {1 - _fitness(ticks, state.pair_ticks):.3f} '
+        f'| {np.mean(ticks < state.pair_ticks):.1%} |'
         for predators, prey, ticks in rows
     )
     before, after = (
-        _fitness(ticks, state.episode_ticks) for ticks in (first, predators_against_first)
+        _fitness(ticks, state.pair_ticks) for ticks in (first, predators_against_first)
     )
     escaped, escapes = (
-        1 - _fitness(ticks, state.episode_ticks) for ticks in (first, prey_against_first)
+        1 - _fitness(ticks, state.pair_ticks) for ticks in (first, prey_against_first)
     )
+    each = configuration.episodes_per_opponent
+    summed = f', summed over the {each} episodes of a pair' if each > 1 else ''
     told = ''.join(f'* Note: {remark}.\n' for remark in remarks(configuration, state.phase))
     return f"""# What this run achieved
 
@@ -68,9 +70,9 @@ reach {escaped:.3f}.
 {table}
 
 Means over all {configuration.population} x {configuration.population} pairs. Predator fitness \
-is 1 - t/{state.episode_ticks} and prey fitness t/{state.episode_ticks}, where t is the tick of \
-the capture, {state.episode_ticks} without one. Both species improve together, so the last row \
-need not rise.
+is 1 - t/{state.pair_ticks} and prey fitness t/{state.pair_ticks}, where t is the tick of \
+the capture, {state.pair_ticks} without one{summed}. Both species improve together, so the last \
+row need not rise.
 
 ## Cost
 
@@ -88,6 +90,6 @@ it, to the byte, with the settings of `run.json`.
 """
 
 
-def _fitness(ticks: np.ndarray, episode_ticks: int) -> float:
+def _fitness(ticks: np.ndarray, pair_ticks: int) -> float:
     """Return the predators' mean fitness."""
-    return 1 - int(ticks.sum(dtype=np.int64)) / (ticks.size * episode_ticks)
+    return 1 - int(ticks.sum(dtype=np.int64)) / (ticks.size * pair_ticks)

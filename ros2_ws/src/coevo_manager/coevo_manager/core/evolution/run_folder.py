@@ -304,7 +304,7 @@ class RunFolder:
             'generation': np.int64(state.generation),
             'predators': state.predators,
             'prey': state.prey,
-            'fitness': (state.fitness('predator') / state.episode_ticks).astype(np.float32),
+            'fitness': (state.fitness('predator') / state.pair_ticks).astype(np.float32),
             'run': np.array(self._record),
         }
         content = npz_bytes(arrays)

@@ -19,9 +19,10 @@ class State:
     predators, prey : float32 (N, 442)
         Genomes.
     capture_ticks : int32 (N, N)
-        Capture tick of each predator (row) against each prey (column), 1 to episode_ticks.
-    episode_ticks : int
-        Length of an episode, T.
+        Capture tick of each predator (row) against each prey (column), summed over the episodes of
+        a pair, 1 to pair_ticks.
+    pair_ticks : int
+        Length of an episode, T, times the episodes of a pair.
     evolving : str
         Species that evolves in the next phase.
     phase, generation : int
@@ -33,7 +34,7 @@ class State:
     predators: np.ndarray
     prey: np.ndarray
     capture_ticks: np.ndarray
-    episode_ticks: int
+    pair_ticks: int
     evolving: str = 'predator'
     phase: int = 0
     generation: int = 0
@@ -52,12 +53,12 @@ class State:
         int32 (N, N)
             Row = individual of the species, column = opponent; T - t for predators, t for prey.
         """
-        return fitness_of(species, self._rows(species), self.episode_ticks)
+        return fitness_of(species, self._rows(species), self.pair_ticks)
 
     def mean_fitness(self, species: str) -> float:
         """Return a population's mean fitness over N x N, 0 to 1."""
         fitness = self.fitness(species)
-        return int(fitness.sum(dtype=np.int64)) / (fitness.size * self.episode_ticks)
+        return int(fitness.sum(dtype=np.int64)) / (fitness.size * self.pair_ticks)
 
     def replace(self, places: np.ndarray, genomes: np.ndarray, ticks: np.ndarray) -> None:
         """Put new individuals of the evolving species in places of old ones.
@@ -76,6 +77,6 @@ class State:
         return self.capture_ticks if species == 'predator' else self.capture_ticks.T
 
 
-def fitness_of(species: str, capture_ticks: Ticks, episode_ticks: int) -> Ticks:
+def fitness_of(species: str, capture_ticks: Ticks, pair_ticks: int) -> Ticks:
     """Return fitness in ticks, of the shape of the capture ticks (or their sums)."""
-    return episode_ticks - capture_ticks if species == 'predator' else capture_ticks
+    return pair_ticks - capture_ticks if species == 'predator' else capture_ticks
