@@ -8,7 +8,6 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 
 import numpy as np
-import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from marxbot_msgs.msg import ArenaState
@@ -378,21 +377,3 @@ def _tick(stamp):
 def _pose(pose):
     """Return x, y and heading of a geometry_msgs/Pose."""
     return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-
-
-def lockstep_rate(environment=Environment(episode_ticks=3000)):
-    """Return how many ticks a second lockstep makes here, with nobody recording.
-
-    For an own process: it initialises rclpy, and ends it.
-
-    Parameters
-    ----------
-    environment : Environment
-        The episode is played to its end by two robots that stand still.
-    """
-    rclpy.init(args=[])
-    try:
-        with EpisodePlayer(environment) as player:
-            return player.measure(STANDING, STANDING)
-    finally:
-        rclpy.try_shutdown()

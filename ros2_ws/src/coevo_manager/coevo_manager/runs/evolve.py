@@ -16,7 +16,7 @@ from coevo_manager.core.evolution import RunFolderError
 from coevo_manager.evaluators.pool import EvaluationError
 from coevo_manager.runs.display import make_display
 from coevo_manager.runs.options import Options, read_options
-from coevo_manager.runs.run import Plan, Run, make_plan
+from coevo_manager.runs.run import Plan, Runner, make_plan
 from coevo_manager.runs.template import make_template
 from node_runner import own_arguments, start_ros
 
@@ -50,7 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _evolve(plan: Plan, options: Options) -> int:
     node = rclpy.create_node('evolve', start_parameter_services=False)
     display = make_display(plan.configuration, options.quiet)
-    run = Run(
+    run = Runner(
         node,
         plan,
         display.status,

@@ -15,7 +15,7 @@ from rclpy.node import Node
 from coevo_manager.core.documents import parse_document
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluators.pool import EvaluationError
-from coevo_manager.runs.run import Plan, Run, Status, make_plan, to_message
+from coevo_manager.runs.run import Plan, Runner, Status, make_plan, to_message
 from node_runner import Interface, Parameter, Service, run_node
 from node_runner.actions import work_on
 
@@ -54,7 +54,7 @@ class ManagerNode(Node):
     def __init__(self) -> None:
         super().__init__('manager')
         MANAGER.declare(self)
-        self._run: Run | None = None
+        self._run: Runner | None = None
         self._busy = False
         self._server = ActionServer(
             self,
@@ -100,7 +100,7 @@ class ManagerNode(Node):
         try:
             plan = _read_goal(goal.request)
             evaluators, patience = map(self._value, ('evaluators', 'patience'))
-            self._run = Run(
+            self._run = Runner(
                 node,
                 plan,
                 lambda status: _tell(status, goal, result),

@@ -162,7 +162,7 @@ class _Pace:
         return Status(stats, self._rate, left)
 
 
-class Run:
+class Runner:
     """Runs a plan; the evaluators are started and ended with it.
 
     Parameters

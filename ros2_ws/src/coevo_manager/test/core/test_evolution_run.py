@@ -27,7 +27,7 @@ from coevo_manager.core.evolution import (
     read_record,
     remarks,
 )
-from coevo_manager.core.evolution.budget import Budget
+from coevo_manager.core.evolution.budget import RunBudget
 from coevo_manager.core.evolution.sessions import read_sessions
 from coevo_manager.core.local_evaluator import LocalEvaluator
 
@@ -111,18 +111,18 @@ def contents(folder):
 
 def test_the_costs_of_the_paper():
     configuration = load_configuration({}, 'paper')
-    budget = Budget(configuration)
+    budget = RunBudget(configuration)
     assert (configuration.population, configuration.selected) == (80, 10)
     assert (budget.first, budget.generation, budget.overhead) == (6400, 100, 800)
     assert budget.episodes(1500) == 16_206_400
     simplified = load_configuration({'algorithm': 'simplified'}, 'paper')
-    assert Budget(simplified).episodes(1500) == 16_206_400
+    assert RunBudget(simplified).episodes(1500) == 16_206_400
     cheap = load_configuration({'algorithm': 'vanilla'}, 'paper')
     assert (cheap.population, cheap.selected) == (10, 10)
-    assert Budget(cheap).generation == budget.generation
+    assert RunBudget(cheap).generation == budget.generation
     vanilla = load_configuration({'algorithm': 'vanilla', 'population': 80}, 'paper')
     assert vanilla.selected == 80
-    assert Budget(vanilla).episodes(25) == 6400 + 25 * (100 * 6400 + 6400)
+    assert RunBudget(vanilla).episodes(25) == 6400 + 25 * (100 * 6400 + 6400)
 
 
 @pytest.mark.parametrize('optimizer', optimizers.names())
@@ -142,7 +142,7 @@ def test_every_algorithm_with_every_optimizer(tmp_path, algorithm, optimizer):
 
     # The costs: known beforehand, counted in the logs, really played (the report's are its own).
     report = 3 * configuration.population**2
-    budget = Budget(configuration)
+    budget = RunBudget(configuration)
     assert int(phases[-1]['episodes']) == budget.episodes(4) == evaluator.episodes - report
     assert int(phases[0]['episodes']) == budget.first
     assert f'{budget.episodes(4):,} episodes' in outcome.report
@@ -440,9 +440,9 @@ def test_episodes_per_opponent_count_and_change_results_but_not_their_repeatabil
     run(tmp_path / 'other', configuration, shuffled)
     assert contents(tmp_path / 'one') == contents(tmp_path / 'other')
     last = table(tmp_path / 'one' / 'phases.csv')[-1]
-    assert int(last['episodes']) == Budget(configuration).episodes(configuration.phases)
+    assert int(last['episodes']) == RunBudget(configuration).episodes(configuration.phases)
     once = configure(**values | {'episodes_per_opponent': 1})
-    assert Budget(configuration).episodes(5) == 3 * Budget(once).episodes(5)
+    assert RunBudget(configuration).episodes(5) == 3 * RunBudget(once).episodes(5)
     with np.load(tmp_path / 'one' / 'snapshots' / 'gen_000012.npz') as file:
         ticks = evaluate_matrix(file['predators'], file['prey'], configuration.make_environment())
         expected = 1 - ticks / configuration.pair_ticks

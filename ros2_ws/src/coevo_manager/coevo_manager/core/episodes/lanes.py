@@ -13,7 +13,7 @@ from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, SETTING_RO
 from simd_lanes import HALF, aligned_rows
 
 
-class Lanes:
+class EpisodeLanes:
     """Eight episodes: their numbers, the state of their robots and of the robots' perturbations.
 
     Parameters
@@ -60,7 +60,7 @@ class KinematicPlayer:
     def __init__(self, environment, measure):
         self._environment = environment
         self._measure = measure
-        self._lanes = Lanes(environment)
+        self._lanes = EpisodeLanes(environment)
         self._clock = np.zeros(1, dtype=np.int64)
 
     def play(self, rings):

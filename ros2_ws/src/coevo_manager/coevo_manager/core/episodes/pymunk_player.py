@@ -3,7 +3,7 @@
 import numpy as np
 
 from coevo_manager.core.episodes.kernel import VARIATION, add_variation, decide, start_robot
-from coevo_manager.core.episodes.lanes import Lanes
+from coevo_manager.core.episodes.lanes import EpisodeLanes
 from coevo_manager.core.episodes.numbering import episode_numbers
 from coevo_manager.core.episodes.schedule import IDLE, end_episode, next_episode, row
 from marxbot_sim.core.disturbance import begin, start_pose
@@ -43,7 +43,7 @@ class PymunkPlayer:
         self._arenas = PymunkArenas(environment.arena, ARENAS)
         self._commands = [np.zeros_like(wheels) for wheels in self._arenas.wheels]
         self._blocks = [
-            Lanes(environment, bodies, wheels)
+            EpisodeLanes(environment, bodies, wheels)
             for bodies, wheels in zip(self._arenas.bodies, self._commands, strict=True)
         ]
         self._clock = 0

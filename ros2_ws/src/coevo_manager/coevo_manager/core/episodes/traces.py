@@ -6,7 +6,7 @@ import numpy as np
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes.kernel import decide, start_robot
-from coevo_manager.core.episodes.lanes import Lanes
+from coevo_manager.core.episodes.lanes import EpisodeLanes
 from coevo_manager.core.episodes.numbering import episode_number
 from coevo_manager.core.episodes.trace import Trace, trace_pair
 from marxbot_sim.core.disturbance import begin_at
@@ -64,7 +64,7 @@ def trace_pairs(
 def _trace_eight(
     pairs: list[tuple[np.ndarray, np.ndarray]], environment: Environment
 ) -> Iterator[Trace]:
-    lanes = Lanes(environment)
+    lanes = EpisodeLanes(environment)
     rows, disturbance = lanes.rows, lanes.disturbance
     for k, pair in enumerate(pairs):
         _start(k, *pair, rows, disturbance, environment.perturbations.seed)

@@ -7,7 +7,7 @@ from coevo_manager.core.evolution import algorithms, optimizers
 from coevo_manager.core.evolution.state import State
 
 
-class Budget:
+class RunBudget:
     """Costs of a configuration, known beforehand but for the length of episodes.
 
     Attributes
@@ -74,7 +74,7 @@ def check(configuration: Configuration) -> None:
         raise ValueError(
             'phases is None, expected a number where neither episodes nor ticks is given'
         )
-    costs = Budget(configuration)
+    costs = RunBudget(configuration)
     least = costs.first + costs.overhead + costs.generation
     for name, longest in (('episodes', 1), ('ticks', configuration.episode_ticks)):
         limit = getattr(configuration, name)

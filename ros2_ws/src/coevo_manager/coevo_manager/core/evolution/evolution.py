@@ -11,7 +11,7 @@ from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.evaluation import Evaluator, StoppedError, evaluate_all
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.algorithm import Contest, Opponents
-from coevo_manager.core.evolution.budget import Budget
+from coevo_manager.core.evolution.budget import RunBudget
 from coevo_manager.core.evolution.loading import complete, remarks
 from coevo_manager.core.evolution.observation import (
     GenerationStats,
@@ -116,7 +116,7 @@ class Evolution:
         self._folder = folder
         self._observer = observer
         self._stop = threading.Event()
-        self._budget = Budget(configuration)
+        self._budget = RunBudget(configuration)
         self._algorithm = algorithms.load(configuration.algorithm)(configuration)
         try:
             self._state = folder.restore(configuration, self._algorithm)
