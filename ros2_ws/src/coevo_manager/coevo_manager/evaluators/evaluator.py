@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import ctypes
 import fcntl
 import gc
@@ -25,6 +24,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.service import Service
 
+from coevo_manager.command_line import Parser, add_option
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.evaluators.messages import (
     to_batch,
@@ -32,6 +32,7 @@ from coevo_manager.evaluators.messages import (
     to_lineage,
     to_sequence,
 )
+from marxbot_sim.core.fields import Option
 from neuro_controller.core.genome import GENES
 from node_runner import own_arguments, start_ros
 
@@ -176,14 +177,13 @@ def _end_with(parent: int) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the executable ``evaluator``; return its exit code."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog='evaluator',
         description='Plays the episodes of the service evaluate_batch. Runs of evolve find it '
         'and share it; its namespace can be given by --ros-args -r __ns:=/NAME.',
     )
-    parser.add_argument(
-        '--parent', type=int, metavar='PID', help='end together with this parent process'
-    )
+    parent = Option('parent', int, None, 'end together with this parent process', minimum=1)
+    add_option(parser, parent, metavar='PID')
     command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
     options = parser.parse_args(own_arguments(command_line))
     if options.parent:
