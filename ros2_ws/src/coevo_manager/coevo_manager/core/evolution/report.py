@@ -56,7 +56,8 @@ def write_report(
     return f"""# What this run achieved
 
 Algorithm {configuration.algorithm} with {configuration.optimizer}, {configuration.environment} \
-arena, motor map {configuration.motor_map}, seed {configuration.seed}: \
+arena, world {configuration.world} (motor map {configuration.motor_map}), \
+seed {configuration.seed}: \
 {configuration.population} predators and {configuration.population} prey, \
 {configuration.selected} of them evolved at a time.
 
