@@ -17,8 +17,9 @@ TINY = {
 """A run of a fraction of a second, with snapshots of generations 0, 10, 20, 30 and 40."""
 
 
-def make_run(folder: Path, **values) -> Path:
+def make_run(folder: Path, condition: str = '', **values) -> Path:
     """Evolve a tiny run with some configuration values of its own."""
     configuration = load_configuration({**TINY, **values})
-    Evolution(configuration, LocalEvaluator(configuration.make_environment()), folder).run()
+    evaluator = LocalEvaluator(configuration.make_environment())
+    Evolution(configuration, evaluator, folder, condition=condition).run()
     return folder

@@ -87,7 +87,7 @@ class EpisodePlayer:
     Raises
     ------
     ValueError
-        The pace is out of its range.
+        The pace is out of its range, or a pair is to play several episodes.
     TimeoutError
         The processes did not start.
     """
@@ -103,6 +103,8 @@ class EpisodePlayer:
             raise ValueError(
                 f'real_time_factor is {real_time_factor}, expected a finite number, 0 or more'
             )
+        if environment.repetitions != 1:
+            raise ValueError(f'repetitions is {environment.repetitions}, expected 1 over topics')
         self._environment = environment
         self._lockstep = real_time_factor == 0
         self._pace = real_time_factor or 1.0

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 import rclpy
+from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
 from lineages import follow, random_lineage
 from rclpy.qos import QoSProfile
@@ -19,6 +20,7 @@ from coevo_manager.evaluators.messages import (
     to_request,
     to_sequence,
 )
+from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 from node_runner import settle
 
@@ -191,8 +193,23 @@ def test_bad_requests_are_refused_and_the_node_goes_on(asker, asked, sentence):
 
 
 def test_environments_survive_the_message():
-    for environment in (Environment(), SIGNED, Environment(obstacle=True)):
+    other = Environment(
+        motor_map='printed',
+        predator_speed=7.0,
+        wall_friction=0.1,
+        wall_contact='undo',
+        infrared_response='linear',
+        ground_coding='raw',
+        physics='pymunk',
+        repetitions=3,
+        perturbations=Perturbations(latency_ticks=2, camera_noise=0.1, robots='prey', seed=9),
+    )
+    for environment in (Environment(), SIGNED, Environment(obstacle=True), other):
         assert to_environment(to_environment_message(environment)) == environment
+
+
+def test_the_defaults_of_the_message_are_those_of_an_environment():
+    assert to_environment(EnvironmentMsg()) == Environment()
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])

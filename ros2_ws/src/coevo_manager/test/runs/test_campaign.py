@@ -169,7 +169,7 @@ def test_runs_finish_fail_and_are_skipped(tmp_path, client):
     states = dict(zip(table['seed'], table['state'], strict=True))
     assert states == {1: 'finished', 2: 'failed', 3: 'finished'}
     assert 'is not empty' in told[blocked]
-    alone = make_run(tmp_path / 'alone', seed=1)
+    alone = make_run(tmp_path / 'alone', 'standard', seed=1)
     assert read_files(tmp_path / 'runs' / 'standard-open-seed1') == read_files(alone)
     assert list(pd.read_csv(tmp_path / 'runs' / 'campaign.csv')['state']) == list(table['state'])
 
@@ -202,5 +202,5 @@ def test_a_killed_worker_costs_no_result(tmp_path, client):
     assert completed < 60  # it was killed before its end
     assert list(found['table']['state']) == ['finished']
     assert 'resumed after phase' in (folder / 'run.log').read_text()
-    alone = make_run(tmp_path / 'alone', seed=1, **values)
+    alone = make_run(tmp_path / 'alone', 'standard', seed=1, **values)
     assert read_files(folder) == read_files(alone)
