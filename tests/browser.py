@@ -39,6 +39,8 @@ def open_browser(width: int = 1280, height: int = 1000) -> 'Iterator[Chrome]':
         options.add_argument(argument)
     options.set_capability('goog:loggingPrefs', {'browser': 'ALL'})
     browser = webdriver.Chrome(options, webdriver.ChromeService(_find(DRIVERS)))
+    browser.set_script_timeout(300)
+    browser.set_page_load_timeout(300)
     try:
         yield browser
     finally:

@@ -35,7 +35,9 @@ def own_cluster(workers: int) -> Iterator:
     from distributed import Client, LocalCluster
     from distributed.security import Security
 
-    pages = {f'distributed.{kind}.http.routes': [] for kind in ('scheduler', 'worker')}
+    pages: dict[str, list[str]] = {
+        f'distributed.{kind}.http.routes': [] for kind in ('scheduler', 'worker')
+    }
     with (
         dask.config.set(pages),
         LocalCluster(

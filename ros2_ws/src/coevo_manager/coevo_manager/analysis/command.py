@@ -2,7 +2,9 @@
 
 import os
 import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TextIO, cast
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -72,13 +74,13 @@ def make_parser() -> Parser:
     return parser
 
 
-def main(argv=None) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Analyse; returns 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     arguments = make_parser().parse_args(argv)
     from coevo_manager.analysis.pipeline import analyze
     from coevo_manager.outlet import Outlet
 
-    console = Console(file=Outlet(sys.stderr))
+    console = Console(file=cast(TextIO, Outlet(sys.stderr)))
     columns = (
         TextColumn('{task.description}'),
         BarColumn(),
@@ -89,7 +91,7 @@ def main(argv=None) -> int:
     def work() -> int:
         with Progress(*columns, console=console) as progress:
 
-            def stage(title: str, total: int):
+            def stage(title: str, total: int) -> Callable[[int], None]:
                 task = progress.add_task(title, total=total)
                 return lambda amount: progress.advance(task, amount)
 

@@ -1,24 +1,21 @@
 """From run folders to figures, tables and the report."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from coevo_manager import cluster
 from coevo_manager.analysis.figures import beyond as figures_beyond
 from coevo_manager.analysis.figures import draw
 from coevo_manager.analysis.figures import paper as figures
 from coevo_manager.analysis.figures.behaviours import CAPTION, behaviours
-from coevo_manager.analysis.figures.marks import slug_of
-from coevo_manager.analysis.measures import progress
-from coevo_manager.analysis.play.exploit import Budget
 from coevo_manager.analysis.play.kernel import Kernel, source_hash
+from coevo_manager.analysis.play.probe import SearchBudget
 from coevo_manager.analysis.play.tournament import Evaluations, Store
 from coevo_manager.analysis.report import player, tables
-from coevo_manager.analysis.report.page import write_report
+from coevo_manager.analysis.report.page import Picture, write_report
 from coevo_manager.analysis.runs import AnalysisError, choose_generations, read_runs
-from coevo_manager.analysis.study import Study, collect
-
-Stage = Callable[[str, int], Callable[[int], None]]
+from coevo_manager.analysis.study import Stage, Study, collect
 
 
 def analyze(
@@ -45,7 +42,7 @@ def analyze(
     every, until : int, optional
         Spacing and last of the generations compared, see `choose_generations`.
     candidates : int
-        Budget of each search for a best response; 0 for none.
+        SearchBudget of each search for a best response; 0 for none.
     opponents : int
         Held-out opponents taken from each other run.
     cache : Path, optional
@@ -70,7 +67,7 @@ def analyze(
         evaluations = Evaluations(
             kernel, Store(cache or out / 'cache', kernel.version), threads, client
         )
-        budget = Budget(candidates) if candidates else None
+        budget = SearchBudget(candidates) if candidates else None
         study = collect(runs, generations, evaluations, budget, opponents, stage)
         return write_all(study, out, stage)
     finally:
@@ -82,28 +79,21 @@ def write_all(study: Study, out: Path, stage: Stage) -> Path:
     """Write the figures, tables and report of a study."""
     for name in ('figures', 'tables'):
         (out / name).mkdir(parents=True, exist_ok=True)
-    found = _tables(study)
+    found = tables.all_tables(study)
     for name, table in found.items():
-        tables.write(table, out / 'tables' / f'{name}.csv')
-    charts = [*figures.paper_figures(study), *figures_beyond.figures(study, found['verdicts'])]
+        tables.write(table.frame, out / 'tables' / f'{name}.csv')
+    charts = [
+        *figures.paper_figures(study),
+        *figures_beyond.figures(study, found['verdicts'].frame),
+    ]
     advance = stage('Figures', len(charts) + len(study.conditions))
-    drawn = []
-    for chart in charts:
-        drawn.append((chart, draw.save(draw.draw(chart), out / 'figures' / chart.name)[1]))
-        advance(1)
+    drawn = draw.draw_all(charts, out / 'figures', advance)
     pictures = []
     for each in study.conditions:
         name = f'behaviours_{each.condition.slug}'
-        figure = behaviours(each, study.evaluations)
-        pictures.append(
-            {
-                'name': name,
-                'title': f'Representative behaviours, {each.condition.name}',
-                'caption': CAPTION,
-                'svg': draw.save(figure, out / 'figures' / name)[1],
-                'arena': each.condition.arena,
-            }
-        )
+        svg = draw.save(behaviours(each, study.evaluations), out / 'figures' / name)[1]
+        title = f'Representative behaviours, {each.condition.name}, {each.condition.arena}'
+        pictures.append(Picture(name, title, CAPTION, svg, each.condition.arena))
         advance(1)
     advance = stage('Episodes to watch', sum(player.size(each) for each in study.conditions))
     recorded = [player.grid(each, study.evaluations.kernel, advance) for each in study.conditions]
@@ -111,21 +101,7 @@ def write_all(study: Study, out: Path, stage: Stage) -> Path:
     return out / 'report.html'
 
 
-def _tables(study: Study) -> dict:
-    found = tables.all_tables(study)
-    found['verdicts'] = progress.verdicts(study)
-    tests = found['generation_tests'] = progress.generation_tests(study)
-    found['durations'] = progress.durations(study, tests)
-    for arena in study.arenas():
-        slug = slug_of(arena)
-        for number, measure in ((1, 'historical'), (2, 'global')):
-            for column, name in (('p_paper', 'paper'), ('p_paired_holm', 'paired_holm')):
-                table = progress.progress_table(tests, arena, measure, column)
-                found[f'table{number}_{slug}_{name}'] = table
-    return found
-
-
-def connect(address: str, version: str):
+def connect(address: str, version: str) -> Any:
     """Connect to a Dask scheduler, as a distributed.Client.
 
     Raises

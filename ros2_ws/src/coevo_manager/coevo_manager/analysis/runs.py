@@ -1,19 +1,21 @@
 """Read run folders and group them: replications of conditions, conditions within environments."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
+from coevo_manager.analysis.conditions import Condition, assign, campaign_names, order
 from coevo_manager.analysis.logs import read_log
-from coevo_manager.core.configuration import Configuration, differences
+from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.checkpoint import check_content
 from coevo_manager.core.evolution.run_folder import LOGS, read_configuration, read_run_json
+from coevo_manager.core.species import SPECIES
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
@@ -24,40 +26,12 @@ class AnalysisError(ValueError):
 
 
 @dataclass(frozen=True)
-class Condition:
-    """What replications share: all that is compared."""
-
-    algorithm: str
-    optimizer: str
-    environment: str
-    motor_map: str
-
-    @property
-    def slug(self) -> str:
-        """Name for files."""
-        return '-'.join((self.algorithm, self.optimizer, self.environment, self.motor_map))
-
-    @property
-    def name(self) -> str:
-        """Name for people: the algorithm, and the optimizer where it is not the paper's."""
-        algorithm = self.algorithm.replace('_', ' ').capitalize()
-        if self.optimizer == 'one_plus_one':
-            return algorithm
-        return f'{algorithm}, {self.optimizer.replace("_", "-").upper()}'
-
-    @property
-    def arena(self) -> str:
-        """The environment for people; runs are only ever mixed within one."""
-        arena = 'open arena' if self.environment == 'open' else 'arena with obstacle'
-        return arena if self.motor_map == 'printed' else f'{arena}, {self.motor_map} motor map'
-
-
-@dataclass(frozen=True)
-class Run:
+class Replication:
     """A run folder: one replication."""
 
     folder: Path
     configuration: Configuration
+    condition: Condition
     snapshots: dict[int, Path]
 
     @property
@@ -70,16 +44,6 @@ class Run:
         """Seed, which tells replications apart."""
         return self.configuration.seed
 
-    @property
-    def condition(self) -> Condition:
-        """What it is a replication of."""
-        return Condition(
-            self.configuration.algorithm,
-            self.configuration.optimizer,
-            self.configuration.environment,
-            self.configuration.motor_map,
-        )
-
     @cached_property
     def environment(self) -> Environment:
         """Where the episodes of the analysis are played: each pair plays once."""
@@ -90,6 +54,12 @@ class Run:
         """What it was evolved with, as its run.json tells."""
         versions = read_run_json(self.folder / 'run.json')['versions']
         return ', '.join(f'{name} {value}' for name, value in versions.items())
+
+    @cached_property
+    def never_evolved(self) -> tuple[str, ...]:
+        """The species that did not evolve for a single phase."""
+        evolved = set(self.table('phases')['evolving'])
+        return tuple(species for species in SPECIES if species not in evolved)
 
     def snapshot(self, generation: int) -> Snapshot:
         """Read and check one snapshot.
@@ -119,12 +89,13 @@ class Run:
         return read_log(self.folder / f'{name}.csv', LOGS[name])
 
 
-def read_run(folder: Path | str) -> Run:
+def read_run(folder: Path | str) -> Replication:
     """Open a run folder and check that no snapshot up to its last phase is missing or damaged."""
     folder = Path(folder)
     configuration = read_configuration(folder)
+    condition = assign({folder: configuration}, {folder: campaign_names(folder)})[folder]
     try:
-        run = Run(folder, configuration, snapshots(folder))
+        run = Replication(folder, configuration, condition, snapshots(folder))
     except ValueError as error:
         raise AnalysisError(str(error)) from None
     every = configuration.snapshot_generations
@@ -141,61 +112,36 @@ def read_run(folder: Path | str) -> Run:
     return run
 
 
-def read_runs(folders: Sequence[Path | str]) -> list[Run]:
-    """Open run folders and refuse what cannot be compared.
+def read_runs(folders: Sequence[Path | str]) -> list[Replication]:
+    """Open run folders and tell which are replications of one condition.
 
     Raises
     ------
     AnalysisError
-        A folder is unusable or given twice; replications of a condition differ in more than their
-        seed and budget, or share a seed; or runs said to be of one environment differ in it.
+        A folder is unusable or given twice, or replications of a condition share a seed.
     """
-    runs: list[Run] = []
-    for folder in folders:
-        run = read_run(folder)
-        for other in runs:
-            _check_pair(run, other)
-        runs.append(run)
-    return sorted(runs, key=lambda run: (*_order(run.condition), run.seed))
-
-
-def _check_pair(run: Run, other: Run) -> None:
-    both = f'{other.folder} and {run.folder}'
-    if run.folder.resolve() == other.folder.resolve():
-        raise AnalysisError(f'{run.folder} is given twice')
-    if run.condition == other.condition:
-        if run.seed == other.seed:
-            raise AnalysisError(
-                f'{both} are the same replication: seed {run.seed} of one condition'
-            )
-        same = {'seed': 0, 'phases': 1, 'episodes': None, 'ticks': None}
-        different = differences(
-            replace(other.configuration, **same), replace(run.configuration, **same)
-        )
-        if different:
-            raise AnalysisError(
-                f'{both} are no replications of each other, they differ in {different[0]}: '
-                'analyse them apart'
-            )
-    elif run.condition.arena == other.condition.arena and run.environment != other.environment:
-        one, two = asdict(other.environment), asdict(run.environment)
-        field = next(name for name in one if one[name] != two[name])
-        raise AnalysisError(
-            f'{both} mix environments, {field} is {one[field]} and {two[field]}: analyse them '
-            'apart'
-        )
-
-
-def _order(condition: Condition) -> tuple:
-    paper = ('standard', 'simplified', 'vanilla')
-    known = condition.algorithm in paper
-    place = paper.index(condition.algorithm) if known else len(paper)
-    arena = condition.motor_map, condition.environment != 'open'
-    return *arena, place, condition.algorithm, condition.optimizer
+    runs = {Path(folder): read_run(folder) for folder in folders}
+    places = [path.resolve() for path in runs]
+    for path in runs:
+        if places.count(path.resolve()) > 1 or [Path(f) for f in folders].count(path) > 1:
+            raise AnalysisError(f'{path} is given twice')
+    conditions = assign(
+        {path: run.configuration for path, run in runs.items()},
+        {path: campaign_names(path) for path in runs},
+    )
+    found = [replace(run, condition=conditions[path]) for path, run in runs.items()]
+    for k, run in enumerate(found):
+        for other in found[:k]:
+            if (run.condition, run.seed) == (other.condition, other.seed):
+                raise AnalysisError(
+                    f'{other.folder} and {run.folder} are the same replication: seed {run.seed} '
+                    'of one condition'
+                )
+    return sorted(found, key=lambda run: (*order(run.condition, run.configuration), run.seed))
 
 
 def choose_generations(
-    runs: Sequence[Run], every: int | None = None, until: int | None = None
+    runs: Sequence[Replication], every: int | None = None, until: int | None = None
 ) -> list[int]:
     """Generations to look at: those of which every run has a snapshot, spaced by `every`.
 
@@ -232,17 +178,9 @@ def choose_generations(
     return chosen
 
 
-def by_condition(runs: Sequence[Run]) -> dict[Condition, list[Run]]:
-    """Replications of each condition, in the order of `runs`."""
-    groups: dict[Condition, list[Run]] = {}
+def by_condition(runs: Sequence[Replication]) -> dict[Condition, list[Replication]]:
+    """ConditionResults of each condition, in the order of `runs`."""
+    groups: dict[Condition, list[Replication]] = {}
     for run in runs:
         groups.setdefault(run.condition, []).append(run)
-    return groups
-
-
-def by_arena(conditions: Sequence[Condition]) -> dict[str, list[Condition]]:
-    """Conditions of each environment: only these may be set against each other."""
-    groups: dict[str, list[Condition]] = {}
-    for condition in conditions:
-        groups.setdefault(condition.arena, []).append(condition)
     return groups

@@ -1,30 +1,43 @@
 """Everything the figures, tables and the report need, measured from run folders."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, field
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
+from coevo_manager.analysis.conditions import Condition
 from coevo_manager.analysis.measures import beyond
 from coevo_manager.analysis.measures.paper import performance
-from coevo_manager.analysis.play import exploit
-from coevo_manager.analysis.play.tournament import Block, Evaluations, content_hash
-from coevo_manager.analysis.runs import Condition, Run, by_arena, by_condition
+from coevo_manager.analysis.play import behaviours, probe
+from coevo_manager.analysis.play.tournament import Block, Evaluations
+from coevo_manager.analysis.runs import Replication, by_condition
+from coevo_manager.core.behaviour import MEASURES
 from coevo_manager.core.species import OTHER, SPECIES
 from neuro_controller.core.snapshot import Snapshot
 
-PATH_MOMENTS = 21
-PATH_INDIVIDUALS = 10
+Advance = Callable[[int], object]
+Stage = Callable[[str, int], Advance]
+"""Told of each stage of work, its title and size; returns what is told of each part done."""
+
+Snapshots = Mapping[Path, Sequence[Snapshot]]
+"""Those of each run, by its folder and in the order of the generations."""
+
+FACED = ('contemporaries', 'fixed')
+"""Whom the agents meet whose behaviour is measured: the best of their own generation, or those of
+the last generation of their run."""
 
 
 @dataclass
-class Replications:
+class ConditionResults:
     """What was measured of one condition; arrays have one row a run, in the order of `runs`.
 
     Attributes
     ----------
     condition : Condition
-    runs : list of Run, R of them
+    runs : list of Replication, R of them
     snapshots : list of list of Snapshot, [run][generation]
     tournament : float64 (R, S, S)
         Predator fitness; row = predators' generation, column = prey's.
@@ -32,23 +45,27 @@ class Replications:
         Population mean against the opponents of the same generation, rad/s per tick.
     profiles, paths : dict of species to float64 (R, S)
         Diversity of fitness profiles (0 to 1) and of paths (m).
+    behaviour : dict of one of `FACED` to dict of species to dict of str to float64 (R, S)
+        `behaviour.MEASURES` without sensor noise, over the `episodes` that no capture ended.
     held_out : dict of species to dict of Condition to float64 (R, S)
         Fitness of each generation against the last generation's best of *other* runs of a
         condition; a condition without other runs is left out.
     probes : dict of species to float32 (R, S, searches, candidates)
-        Best fitness so far of fresh opponents of the champion of that species, see `exploit`.
-    reproduced : list of bool
-        For each run: whether the kernel gives the fitness matrix that the run itself stored.
+        Best fitness so far of fresh opponents of the champion of that species, see `probe`.
+    reproduced : list of bool or None
+        For each run: whether the kernel gives the fitness matrix that the run itself stored. None
+        where each pair played several episodes: the analysis plays the first alone.
     """
 
     condition: Condition
-    runs: list[Run]
-    snapshots: list[list[Snapshot]]
+    runs: list[Replication]
+    snapshots: list[Sequence[Snapshot]]
     tournament: np.ndarray
     complexity: dict[str, np.ndarray]
     profiles: dict[str, np.ndarray]
-    reproduced: list[bool]
+    reproduced: list[bool | None]
     paths: dict[str, np.ndarray] = field(default_factory=dict)
+    behaviour: dict[str, dict[str, dict[str, np.ndarray]]] = field(default_factory=dict)
     held_out: dict[str, dict[Condition, np.ndarray]] = field(default_factory=dict)
     probes: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -65,10 +82,10 @@ class Study:
     Attributes
     ----------
     generations : int64 (S,)
-    conditions : list of Replications
-    cross : dict of (Run.folder, Run.folder) to float
+    conditions : list of ConditionResults
+    cross : dict of (Path, Path) to float
         Predator fitness of the first run's last predators against the second's last prey.
-    budget : Budget or None
+    budget : SearchBudget or None
     opponents : int
         Held-out opponents taken of each other run.
     evaluations : Evaluations
@@ -77,35 +94,30 @@ class Study:
     """
 
     generations: np.ndarray
-    conditions: list[Replications]
-    budget: exploit.Budget | None
+    conditions: list[ConditionResults]
+    budget: probe.SearchBudget | None
     opponents: int
     evaluations: Evaluations
-    cross: dict = field(default_factory=dict)
+    cross: dict[tuple[Path, Path], float] = field(default_factory=dict)
     played: int = 0
 
-    def arenas(self) -> dict[str, list[Replications]]:
-        """Conditions of each environment."""
-        groups = by_arena([each.condition for each in self.conditions])
-        found = {each.condition: each for each in self.conditions}
-        return {arena: [found[c] for c in members] for arena, members in groups.items()}
+    def arenas(self) -> dict[str, list[ConditionResults]]:
+        """Conditions of each arena: only these are set against each other."""
+        groups: dict[str, list[ConditionResults]] = {}
+        for each in self.conditions:
+            groups.setdefault(each.condition.arena, []).append(each)
+        return groups
 
 
 def collect(
-    runs: Sequence[Run],
+    runs: Sequence[Replication],
     generations: Sequence[int],
     evaluations: Evaluations,
-    budget: exploit.Budget | None,
+    budget: probe.SearchBudget | None,
     opponents: int,
-    stage,
+    stage: Stage,
 ) -> Study:
-    """Measure everything.
-
-    Parameters
-    ----------
-    stage : callable (title, total) -> advance(amount)
-        Progress: called once for each stage of the work.
-    """
+    """Measure everything."""
     snapshots = {run.folder: [run.snapshot(g) for g in generations] for run in runs}
     blocks = list(_all_blocks(runs, snapshots, opponents))
     played = evaluations.prepare(
@@ -119,17 +131,16 @@ def collect(
         np.asarray(generations), conditions, budget, opponents, evaluations, played=played
     )
     _cross_and_held_out(study, snapshots)
-    advance = stage('Paths of individuals', 2 * len(runs) * len(generations))
-    for each in conditions:
-        each.paths = {species: _paths(each, species, evaluations, advance) for species in SPECIES}
+    size = len(SPECIES) * len(runs) * len(generations)
+    _sample(study, stage('Behaviour of individuals', (1 + len(FACED)) * size))
     if budget is not None:
-        advance = stage('Search for best responses', 2 * len(runs) * len(generations))
+        advance = stage('Search for best responses', size)
         for each in conditions:
             each.probes = {species: _probe(each, species, study, advance) for species in SPECIES}
     return study
 
 
-def tournament_block(run: Run, predators: Snapshot, prey: Snapshot) -> Block:
+def tournament_block(run: Replication, predators: Snapshot, prey: Snapshot) -> Block:
     """One cell of a run's tournament; on the diagonal complexity is measured too."""
     return Block(
         predators.predators, prey.prey, run.environment, predators.generation == prey.generation
@@ -137,42 +148,52 @@ def tournament_block(run: Run, predators: Snapshot, prey: Snapshot) -> Block:
 
 
 def _held_out_block(
-    run: Run, agents: Snapshot, other: Snapshot, species: str, count: int
+    run: Replication, agents: Snapshot, other: Snapshot, species: str, count: int
 ) -> Block:
     elite = other.best(OTHER[species], count)
     own = agents.population(species)
-    pair = (own, elite) if species == 'predator' else (elite, own)
-    return Block(*pair, run.environment)
+    predators, prey = (own, elite) if species == 'predator' else (elite, own)
+    return Block(predators, prey, run.environment)
 
 
-def _all_blocks(runs, snapshots, opponents) -> Iterator[Block]:
+def _all_blocks(
+    runs: Sequence[Replication], snapshots: Snapshots, opponents: int
+) -> Iterator[Block]:
     for run in runs:
         for predators in snapshots[run.folder]:
             for prey in snapshots[run.folder]:
                 yield tournament_block(run, predators, prey)
     for run, other in _pairs(runs):
-        yield Block(
-            snapshots[run.folder][-1].predators, snapshots[other.folder][-1].prey, run.environment
-        )
+        yield _last_block(run, other, snapshots)
         for species in SPECIES:
             for agents in snapshots[run.folder]:
                 yield _held_out_block(run, agents, snapshots[other.folder][-1], species, opponents)
 
 
-def _pairs(runs) -> Iterator[tuple[Run, Run]]:
-    """Ordered pairs of different runs of one environment."""
+def _last_block(run: Replication, other: Replication, snapshots: Snapshots) -> Block:
+    predators, prey = snapshots[run.folder][-1].predators, snapshots[other.folder][-1].prey
+    return Block(predators, prey, run.environment)
+
+
+def _pairs(runs: Sequence[Replication]) -> Iterator[tuple[Replication, Replication]]:
+    """Ordered pairs of different runs of one arena."""
     for run in runs:
         for other in runs:
             if run is not other and run.condition.arena == other.condition.arena:
                 yield run, other
 
 
-def _measure(condition, runs, snapshots, evaluations) -> Replications:
+def _measure(
+    condition: Condition,
+    runs: list[Replication],
+    snapshots: Snapshots,
+    evaluations: Evaluations,
+) -> ConditionResults:
     size = len(snapshots[runs[0].folder])
     tournament = np.empty((len(runs), size, size))
     complexity = {species: np.empty((len(runs), size)) for species in SPECIES}
     profiles = {species: np.empty((len(runs), size)) for species in SPECIES}
-    reproduced = []
+    reproduced: list[bool | None] = []
     for r, run in enumerate(runs):
         own = snapshots[run.folder]
         same = True
@@ -180,15 +201,14 @@ def _measure(condition, runs, snapshots, evaluations) -> Replications:
             for j, prey in enumerate(own):
                 result = evaluations[tournament_block(run, predators, prey)]
                 tournament[r, i, j] = result.fitness.mean()
-                if i == j:
+                if result.complexity is not None:
                     same &= bool(np.allclose(result.fitness, predators.fitness, atol=1e-6))
-                    complexity['predator'][r, i] = result.complexity[..., 0].mean()
-                    complexity['prey'][r, i] = result.complexity[..., 1].mean()
-                    for species in SPECIES:
+                    for robot, species in enumerate(SPECIES):
+                        complexity[species][r, i] = result.complexity[..., robot].mean()
                         fitness = performance(result.fitness, species)
                         profiles[species][r, i] = beyond.profile_diversity(fitness)
-        reproduced.append(same)
-    return Replications(
+        reproduced.append(same if run.configuration.episodes_per_opponent == 1 else None)
+    return ConditionResults(
         condition,
         runs,
         [snapshots[run.folder] for run in runs],
@@ -199,16 +219,14 @@ def _measure(condition, runs, snapshots, evaluations) -> Replications:
     )
 
 
-def _cross_and_held_out(study: Study, snapshots) -> None:
+def _cross_and_held_out(study: Study, snapshots: Snapshots) -> None:
     runs = [run for each in study.conditions for run in each.runs]
     for each in study.conditions:
         for r, run in enumerate(each.runs):
             study.cross[run.folder, run.folder] = float(each.tournament[r, -1, -1])
     for run, other in _pairs(runs):
-        block = Block(
-            snapshots[run.folder][-1].predators, snapshots[other.folder][-1].prey, run.environment
-        )
-        study.cross[run.folder, other.folder] = float(study.evaluations[block].fitness.mean())
+        result = study.evaluations[_last_block(run, other, snapshots)]
+        study.cross[run.folder, other.folder] = float(result.fitness.mean())
     for members in study.arenas().values():
         for each in members:
             each.held_out = {
@@ -227,7 +245,11 @@ def _cross_and_held_out(study: Study, snapshots) -> None:
 
 
 def _held_out(
-    run: Run, sources: Sequence[Run], species: str, study: Study, snapshots
+    run: Replication,
+    sources: Sequence[Replication],
+    species: str,
+    study: Study,
+    snapshots: Snapshots,
 ) -> np.ndarray:
     """Fitness (S,) of a run's generations against the last elites of other runs."""
     curves = []
@@ -245,40 +267,49 @@ def _held_out(
     return np.mean(curves, axis=0)
 
 
-def _paths(each: Replications, species: str, evaluations: Evaluations, advance) -> np.ndarray:
-    """Diversity of paths (R, S): individuals of every rank against the generation's champion."""
-    jobs = []
-    for run, own in zip(each.runs, each.snapshots, strict=True):
-        for snapshot in own:
-            champion = snapshot.best(OTHER[species], 1)[0]
-            ranking = snapshot.ranking(species)
-            count = min(PATH_INDIVIDUALS, len(ranking))
-            chosen = ranking[np.linspace(0, len(ranking) - 1, count).round().astype(int)]
-            genomes = snapshot.population(species)[chosen]
-            digest = content_hash('paths', species, asdict(run.environment), genomes, champion)
-            jobs.append((digest, (genomes, champion, species, run.environment)))
-    paths = evaluations.compute(sample_paths, jobs, processes=True, advance=advance)
-    return np.reshape([beyond.path_diversity(p) for p in paths], (len(each.runs), -1))
+def _sample(study: Study, advance: Advance) -> None:
+    """Fill in the paths and the behaviour of all conditions, in one go of the worker processes."""
+    places, jobs = [], []
+    for each in study.conditions:
+        for species in SPECIES:
+            for faced in ('', *FACED):
+                places.append((each, species, faced))
+                for run, own in zip(each.runs, each.snapshots, strict=True):
+                    jobs += _sample_jobs(run, own, species, faced)
+    found = iter(
+        study.evaluations.compute(behaviours.sample, jobs, processes=True, advance=advance)
+    )
+    for each, species, faced in places:
+        shape = len(each.runs), len(study.generations)
+        values = [next(found) for _ in range(shape[0] * shape[1])]
+        if not faced:
+            each.paths[species] = np.reshape([beyond.path_diversity(p) for p in values], shape)
+            continue
+        columns = np.array(values).reshape(*shape, 1 + len(MEASURES))
+        each.behaviour.setdefault(faced, {})[species] = dict(
+            zip(('episodes', *MEASURES), np.moveaxis(columns, -1, 0), strict=True)
+        )
 
 
-def sample_paths(kernel, genomes, champion, species: str, environment) -> np.ndarray:
-    """Positions (n, 21, 2) of n individuals at equal times over the longest episode, m.
+def _sample_jobs(
+    run: Replication, own: Sequence[Snapshot], species: str, faced: str
+) -> list[behaviours.Job]:
+    """Jobs of each generation of a run: its paths, or its behaviour against those it faces."""
+    if not faced:
+        return [behaviours.paths_job(snapshot, species, run.environment) for snapshot in own]
+    return [
+        behaviours.behaviour_job(
+            snapshot, snapshot if faced == 'contemporaries' else own[-1], species, run.environment
+        )
+        for snapshot in own
+    ]
 
-    After a capture the position stays what it was.
-    """
-    moments = np.linspace(0, environment.episode_ticks, PATH_MOMENTS).round().astype(int)
-    paths = []
-    for genome in genomes:
-        pair = (genome, champion) if species == 'predator' else (champion, genome)
-        poses = np.asarray(kernel.trace(*pair, environment).poses)
-        paths.append(poses[np.minimum(moments, len(poses) - 1), SPECIES.index(species), :2])
-    return np.array(paths)
 
-
-def _probe(each: Replications, species: str, study: Study, advance) -> np.ndarray:
+def _probe(each: ConditionResults, species: str, study: Study, advance: Advance) -> np.ndarray:
+    assert study.budget is not None
     champions = [s.best(species, 1)[0] for own in each.snapshots for s in own]
     environment = each.runs[0].environment
-    history = exploit.probe(
+    history = probe.probe(
         study.evaluations, champions, species, environment, study.budget, advance
     )
     return history.reshape(len(each.runs), -1, *history.shape[1:])

@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from coevo_manager.analysis.conditions import Condition
 from coevo_manager.analysis.measures import beyond, progress, statistics
 from coevo_manager.analysis.measures import paper as measures
 from coevo_manager.analysis.measures.paper import performance
-from coevo_manager.analysis.runs import Condition
+from coevo_manager.analysis.report.progress import verdicts as verdicts_of
 
 GENERATIONS = np.arange(5) * 100
 
@@ -162,11 +163,11 @@ def test_diversity_by_hand():
 
 def verdicts(tournaments):
     """Verdicts on one condition without held-out opponents."""
-    condition = Condition('standard', 'one_plus_one', 'open', 'printed')
+    condition = Condition('Standard', 'open arena')
     each = SimpleNamespace(
         condition=condition, tournament=tournaments, held_out_mean=lambda species: None
     )
-    return progress.verdicts(SimpleNamespace(conditions=[each]))
+    return verdicts_of(SimpleNamespace(conditions=[each]))
 
 
 def test_halves_leave_random_genomes_out():
@@ -198,6 +199,18 @@ def test_a_planted_cycle_is_never_called_progress():
         assert 'progress' not in set(verdicts(planted('cycle', seed=seed))['verdict'])
     rate, _ = beyond.retrogression(planted('cycle'), 'prey')
     assert rate.mean() > 0.35
+
+
+@pytest.mark.parametrize('replications', [1, 6])
+def test_what_did_not_change_is_neither_progress_nor_retrogression(replications):
+    """0/0 is no evidence of anything: the prey here never change, only the predators do."""
+    rows = np.linspace(0.1, 0.7, 9)
+    constant = np.repeat(rows[:, None], 9, axis=1) + np.arange(replications)[:, None, None] / 50
+    found = verdicts(constant).set_index(['species', 'measure'])
+    assert found.loc[('prey', 'global'), 'verdict'] == 'no change'
+    assert found.loc[('prey', 'global'), 'difference'] == pytest.approx(0, abs=1e-12)
+    assert found.loc[('predator', 'historical'), 'verdict'] == 'no change'
+    assert found.loc[('predator', 'global'), 'verdict'] in ('progress', 'cannot be claimed')
 
 
 def test_one_replication_claims_nothing():

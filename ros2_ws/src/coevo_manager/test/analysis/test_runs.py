@@ -159,15 +159,27 @@ def test_no_replications(tiny, capsys, tmp_path):
     twin = make_run(tmp_path / 'twin', seed=2)
     assert 'the same replication: seed 2' in refusal(capsys, [*tiny, twin])
     assert 'given twice' in refusal(capsys, [tiny[0], tiny[0]])
-    wider = make_run(tmp_path / 'wider', seed=3, population=16)
-    message = refusal(capsys, [*tiny, wider])
-    assert 'population: 8, 16' in message
 
 
-def test_mixed_environments(tiny, capsys, tmp_path):
-    slippery = make_run(tmp_path / 'slippery', algorithm='simplified', wall_friction=0.25)
-    message = refusal(capsys, [*tiny, slippery])
-    assert 'mix environments, wall_friction is 0.5 and 0.25' in message
+def test_what_differs_makes_a_condition_or_an_arena(tiny, tmp_path):
+    wider = make_run(tmp_path / 'wider', seed=1, population=16)
+    slippery = make_run(tmp_path / 'slippery', seed=1, wall_friction=0.25)
+    runs = read_runs([*tiny, wider, slippery])
+    assert [(r.condition.name, r.condition.arena, r.seed) for r in runs] == [
+        ('Standard', 'open arena, wall friction 0.25', 1),
+        ('Standard, population 16', 'open arena, wall friction 0.5', 1),
+        ('Standard, population 8', 'open arena, wall friction 0.5', 1),
+        ('Standard, population 8', 'open arena, wall friction 0.5', 2),
+    ]
+
+
+def test_who_never_evolved(tiny, tmp_path):
+    """Prey have their turn after 10 generations; this run ends after them."""
+    short = make_run(tmp_path / 'short', phases=1)
+    assert read_runs([short])[0].never_evolved == ('prey',)
+    assert 'the prey never evolves' in (short / 'report.md').read_text()
+    assert read_runs(tiny)[0].never_evolved == ()
+    assert 'never evolves' not in (tiny[0] / 'report.md').read_text()
 
 
 def test_no_scheduler(tiny, capsys):
@@ -181,4 +193,4 @@ def test_bad_option(tiny, capsys, option, value):
     with pytest.raises(SystemExit) as ended:
         analyze.main([str(tiny[0]), '--out', 'x', option, value])
     assert ended.value.code == 2
-    assert f'{value} is not a whole number' in capsys.readouterr().err
+    assert 'expected a whole number' in capsys.readouterr().err

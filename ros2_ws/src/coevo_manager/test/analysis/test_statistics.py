@@ -89,4 +89,7 @@ def test_bootstrap_interval_covers_the_mean():
 
 def test_correlation_without_variance_is_unknown():
     assert statistics.correlation([1, 2, 3], [2, 4, 6])[0] == pytest.approx(1)
+    r, _, low, high = statistics.correlation([1, 2, 3, 4, 5], [1, 3, 2, 5, 4])
+    # Fisher: tanh(artanh(r) -+ 1.96 / sqrt(n - 3)), r = 0.8, n = 5.
+    assert (r, low, high) == pytest.approx((0.8, -0.279, 0.986), abs=0.001)
     assert np.isnan(statistics.correlation([1, 1, 1], [2, 4, 6])[0])

@@ -1,20 +1,23 @@
 """Post-evaluation: orientation, store, continuation, cluster, probe."""
 
 import os
+import subprocess
+import sys
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
 
 from coevo_manager.analysis.pipeline import connect
-from coevo_manager.analysis.play.exploit import (
-    Budget,
+from coevo_manager.analysis.play.kernel import PACKAGES, Kernel, source_hash, sources
+from coevo_manager.analysis.play.probe import (
+    SearchBudget,
     best_found,
     best_response,
+    candidates_needed,
     probe,
     while_searching,
 )
-from coevo_manager.analysis.play.kernel import Kernel, source_hash
 from coevo_manager.analysis.play.tournament import Block, Evaluations, Store, evaluate_portion
 from coevo_manager.analysis.runs import AnalysisError
 from coevo_manager.core.episodes import Environment, evaluate_matrix, measure_pairs
@@ -156,7 +159,7 @@ def test_a_dask_cluster_gives_the_same(tmp_path):
         together = evaluations(tmp_path / 'cluster', Kernel(), client=client)
         assert together.prepare(blocks) == 3 * 36
         processes = set(client.run(os.getpid).values())
-        budget = Budget(candidates=4, searches=2)
+        budget = SearchBudget(candidates=4, searches=2)
         spread = probe(together, genomes(3, 2), 'prey', SHORT, budget)
     assert os.getpid() not in processes
     for block in blocks:
@@ -166,7 +169,7 @@ def test_a_dask_cluster_gives_the_same(tmp_path):
 
 def test_the_probe_finds_the_best_response(tmp_path):
     """Of the toy, the best response is the greatest first gene: fitness 1 / (1 + exp(a - 5))."""
-    budget = Budget(candidates=400, searches=4)
+    budget = SearchBudget(candidates=400, searches=4)
     for species in ('predator', 'prey'):
         champions = np.zeros((2, 442), np.float32)
         champions[1, 0] = 4
@@ -179,9 +182,28 @@ def test_the_probe_finds_the_best_response(tmp_path):
         assert while_searching(found)[1] < while_searching(found)[0] < best[0]
 
 
+def test_candidates_needed_by_hand():
+    history = np.array([[0.1, 0.5, 0.9], [0.2, 0.3, 0.4]])  # the second search finds no winner
+    assert candidates_needed(history) == (2 + 3) / 2
+
+
+def test_the_hashed_sources_are_all_that_playing_an_episode_imports():
+    script = (
+        'import sys, coevo_manager.core.episodes\n'
+        'print(*(m for m in sys.modules if m.partition(".")[0] in sys.argv[1:]))'
+    )
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))}
+    command = [sys.executable, '-c', script, *PACKAGES]
+    output = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    loaded = set(output.stdout.split())
+    assert 'coevo_manager.core.episodes.schedule' in loaded
+    assert set(sources()) >= loaded
+    assert not [name for name in sources() if name.startswith('coevo_manager.core.evolution')]
+
+
 def test_the_probe_is_repeatable_and_bounded_by_its_budget():
     kernel = Toy()
-    budget = Budget(candidates=7, searches=3)
+    budget = SearchBudget(candidates=7, searches=3)
     first = best_response(kernel, genomes(1, 1)[0], 'prey', SHORT, budget)
     assert sum(kernel.calls) == 7 * 3
     assert np.array_equal(first, best_response(Toy(), genomes(1, 1)[0], 'prey', SHORT, budget))

@@ -13,9 +13,9 @@ from coevo_manager.analysis.transfer.measure import (
     KERNEL,
     STANDARD,
     champions,
-    conditions,
     hurt,
     measure_transfer,
+    targets,
 )
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.episodes import evaluate_pairs
@@ -61,7 +61,7 @@ def select(table, **values):
 
 
 def test_every_condition_has_a_row_for_each_run_and_species(table):
-    assert len(table) == 2 * 2 * len(conditions())
+    assert len(table) == 2 * 2 * len(targets())
     names = {KERNEL, 'pymunk', 'all perturbations', 'pymunk, all perturbations', *STANDARD}
     assert set(table.condition) == names
     assert (table.low <= table.change + 1e-12).all()
@@ -141,7 +141,7 @@ def test_the_command_writes_the_same_files_whatever_the_threads(runs, tmp_path, 
     ]  # fmt: skip
     lines = (tmp_path / '1' / 'transfer.md').read_text().splitlines()
     table = [line for line in lines if line.startswith('| ')]
-    assert len(table) == 1 + len({condition.name for condition in conditions()})
+    assert len(table) == 1 + len({condition.name for condition in targets()})
     assert len({line.count('|') for line in table}) == 1
 
 

@@ -1,36 +1,44 @@
 """Figures that go past the paper: verdicts, held-out opponents, probes, ratings, diversity."""
 
-from collections.abc import Iterator
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pandas as pd
 
-from coevo_manager.analysis.figures.charts import MARKERS, Chart, Line, Panel, Points
-from coevo_manager.analysis.figures.marks import INTERVAL, condition_line, slug_of, species_line
+from coevo_manager.analysis.figures.charts import MARKERS, Chart, Mark, Panel, Points
+from coevo_manager.analysis.figures.marks import condition_line, interval_note, species_line
 from coevo_manager.analysis.measures import beyond
-from coevo_manager.analysis.play.exploit import best_found, while_searching
-from coevo_manager.analysis.study import Replications, Study
+from coevo_manager.analysis.play.probe import (
+    WINS,
+    SearchBudget,
+    candidates_needed,
+    while_searching,
+)
+from coevo_manager.analysis.study import ConditionResults, Study
 from coevo_manager.core.species import COLOURS, OTHER, PLURAL, SPECIES
+
+Members = Sequence[ConditionResults]
 
 
 def figures(study: Study, verdicts: pd.DataFrame) -> Iterator[Chart]:
-    """Charts of the gains, and per environment of everything beyond the paper."""
+    """Charts of the gains, and per arena of everything beyond the paper."""
     for arena, members in study.arenas().items():
-        slug = slug_of(arena)
-        yield _gains(f'gains_{slug}', arena, verdicts[verdicts['arena'] == arena])
+        yield _gains(arena, members, verdicts[verdicts['arena'] == arena])
         if any(each.held_out['predator'] for each in members):
-            yield _held_out(f'held_out_{slug}', arena, members, study)
+            yield _held_out(arena, members, study)
         if study.budget is not None:
-            yield _probes(f'exploitability_{slug}', arena, members, study)
-        yield _ratings(f'ratings_{slug}', arena, members, study)
-        yield _diversity(f'diversity_{slug}', arena, members, study)
+            yield _probes(arena, members, study, study.budget)
+        yield _ratings(arena, members, study)
+        yield _diversity(arena, members, study)
 
 
-def _gains(name: str, arena: str, table: pd.DataFrame) -> Chart:
+def _gains(arena: str, members: Members, table: pd.DataFrame) -> Chart:
     conditions = list(dict.fromkeys(table['condition']))
     panels = []
     for measure in dict.fromkeys(table['measure']):
-        marks = []
+        marks: list[Mark] = []
         for species, shift in zip(SPECIES, (-0.12, 0.12), strict=True):
             part = table[(table['measure'] == measure) & (table['species'] == species)]
             points = Points(
@@ -59,116 +67,114 @@ def _gains(name: str, arena: str, table: pd.DataFrame) -> Chart:
             )
         )
     return Chart(
-        name,
+        'gains',
         f'Did they make progress? {arena.capitalize()}',
         'Gain of the second half of the run. Historical: against opponents of the first half '
         'rather than its own. Global: over the first half, against all generations. '
-        'Held-out: the same against '
-        f'the best of other runs, never met. Random genomes of generation 0 are left out. '
-        f'{INTERVAL}',
+        'Held-out: the same against the best of other runs, never met. Random genomes of '
+        'generation 0 are left out.',
         [panels],
+        arena,
+        interval_note(members, 'Bars'),
     )
 
 
-def _held_out(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
+def _held_out(arena: str, members: Members, study: Study) -> Chart:
     row = []
     for each in members:
+        means = {species: each.held_out_mean(species) for species in SPECIES}
         marks = [
-            species_line(study.generations, each.held_out_mean(species), species)
-            for species in SPECIES
-            if each.held_out[species]
+            species_line(study.generations, mean, species)
+            for species, mean in means.items()
+            if mean is not None
         ]
-        row.append(
-            Panel(each.condition.name, 'Generation', 'Fitness vs held-out', marks, ylim=(0, 1))
-        )
+        row.append(Panel(each.condition.name, 'Generation', 'Fitness vs held-out', marks, (0, 1)))
     return Chart(
-        name,
+        'held_out',
         f'Performance against held-out opponents, {arena}',
         f'Each generation against the {study.opponents} best of the last generation of every '
-        f'other run of the environment: opponents it never co-evolved with. {INTERVAL}',
+        'other run of the arena: opponents it never co-evolved with.',
         [row],
+        arena,
+        interval_note(members),
     )
 
 
-def _probes(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    rows = []
-    for reduce, what in ((best_found, 'Best found'), (while_searching, 'While searching')):
+def _probes(arena: str, members: Members, study: Study, budget: SearchBudget) -> Chart:
+    rows: list[list[Panel]] = []
+    for reduce, label in (
+        (candidates_needed, f'Candidates until {WINS:g}'),
+        (while_searching, 'Fitness while searching'),
+    ):
         row = []
         for species in SPECIES:
             marks = [
                 condition_line(study.generations, reduce(each.probes[species]), each, members)
                 for each in members
             ]
-            title = f'{what}: {OTHER[species]}'
-            row.append(
-                Panel(
-                    title,
-                    f'Generation of the {species} champion',
-                    'Fitness found',
-                    marks,
-                    ylim=(0, 1.02),
-                )
-            )
+            title = f'{PLURAL[OTHER[species]].capitalize()} searched for' if not rows else ''
+            row.append(Panel(title, f'Generation of the {species} champion', label, marks))
         rows.append(row)
-    budget = study.budget
     return Chart(
-        name,
+        'exploitability',
         f'Exploitability of the champions, {arena}',
-        f"Fresh opponents searched for against each generation's frozen champion, "
-        f'{budget.searches} '
-        f'searches of {budget.candidates} candidates. Above: fitness of the best one found, a '
-        'lower '
-        'bound on exploitability. Below: best fitness so far, averaged over the course of the '
-        f'searches; lower is harder to exploit. {INTERVAL}',
+        'Fresh opponents searched for against the frozen champion of each generation, '
+        f'{budget.searches} searches of {budget.candidates} candidates. Above: candidates tried '
+        f'until one scores {WINS:g}, {budget.candidates} where none does; more is harder to '
+        'exploit. Below: best fitness so far, averaged over the course of the searches; lower is '
+        'harder to exploit. The best found in the end stands in the table: nearly every champion '
+        'falls to some opponent.',
         rows,
+        arena,
+        interval_note(members),
         height=1.9,
     )
 
 
-def _ratings(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
+def _ratings(arena: str, members: Members, study: Study) -> Chart:
     marks = []
     shares = []
     for each in members:
         found = [beyond.hodge(tournament) for tournament in each.tournament]
-        marks.append(
-            condition_line(study.generations, np.stack([f[0] for f in found]), each, members)
-        )
+        ratings = np.stack([f[0] for f in found])
+        marks.append(condition_line(study.generations, ratings, each, members))
         shares.append(f'{each.condition.name} {np.nanmean([f[2] for f in found]):.0%}')
     panel = Panel('Rating', 'Generation', 'Rating (fitness)', marks, zero=True)
     return Chart(
-        name,
+        'ratings',
         f'Transitive and cyclic parts of the tournament, {arena}',
         'Rating of each generation, playing both roles against all others: the transitive part '
         'of the Hodge decomposition of the tournament. Progress lifts it. Share of the '
-        'tournament that is '
-        f'cyclic (rock-paper-scissors, no rating can express it): {"; ".join(shares)}. {INTERVAL}',
+        'tournament that is cyclic (rock-paper-scissors, no rating can express it): '
+        f'{"; ".join(shares)}.',
         [[panel]],
+        arena,
+        interval_note(members),
     )
 
 
-def _diversity(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    rows = []
-    for values, ylabel, limits in (
-        ('paths', 'Distance of paths (m)', None),
-        ('profiles', 'Distance of profiles', None),
+def _diversity(arena: str, members: Members, study: Study) -> Chart:
+    rows: list[list[Panel]] = []
+    for of, label in (
+        ('paths', 'Distance of paths (m)'),
+        ('profiles', 'Distance of profiles'),
     ):
         row = []
         for species in SPECIES:
-            marks: list[Line] = [
-                condition_line(study.generations, getattr(each, values)[species], each, members)
+            marks = [
+                condition_line(study.generations, getattr(each, of)[species], each, members)
                 for each in members
             ]
-            row.append(
-                Panel(PLURAL[species].capitalize(), 'Generation', ylabel, marks, ylim=limits)
-            )
+            row.append(Panel(PLURAL[species].capitalize(), 'Generation', label, marks))
         rows.append(row)
     return Chart(
-        name,
+        'diversity',
         f'Diversity of behaviour, {arena}',
         'Above: mean distance between the paths of individuals that meet the same champion. '
         'Below: mean distance between their fitness against each opponent, the distance by which '
-        'the generalist '
-        f'algorithm tells opponents apart. 0 is a population of one behaviour. {INTERVAL}',
+        'the generalist algorithm tells opponents apart. 0 is a population of one behaviour.',
         rows,
+        arena,
+        interval_note(members),
         height=1.9,
     )

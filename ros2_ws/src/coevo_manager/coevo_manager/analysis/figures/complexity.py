@@ -1,16 +1,47 @@
-"""Complexity of behaviour over generations and against performance (section 4, Figs. 6 and 7)."""
+"""Complexity and kind of behaviour over generations and against performance (Figs. 6 and 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from coevo_manager.analysis.figures.charts import MARKERS, Chart, Panel, Points
-from coevo_manager.analysis.figures.marks import condition_line, in_rows
+from coevo_manager.analysis.figures.draw import thousands
+from coevo_manager.analysis.figures.marks import condition_line, in_rows, interval_note
+from coevo_manager.analysis.measures import statistics
 from coevo_manager.analysis.measures.paper import performance
-from coevo_manager.analysis.study import Replications, Study
+from coevo_manager.analysis.play.behaviours import AGENTS, OPPONENTS
+from coevo_manager.analysis.study import ConditionResults, Study
 from coevo_manager.core.species import COLOURS, PLURAL, SPECIES
 
+UNIT = 'c (rad/s per tick)'
+MEASURED = {
+    'reversals': 'Reversals in 100 s',
+    'forward': 'Time forward',
+    'backward': 'Time backward',
+    'turning': 'Time turning',
+    'pausing': 'Time pausing',
+}
+"""Labels of the measures of behaviour, apart from complexity; times are shares."""
 
-def complexity_figure(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    """Draw Fig. 6: complexity over generations."""
+HOW = (
+    f'{AGENTS} individuals of every rank against {OPPONENTS} opponents each, sensors without '
+    'noise, over episodes that no capture ended, which are of equal length.'
+)
+
+Members = Sequence[ConditionResults]
+
+
+def complexity_figures(arena: str, members: Members, study: Study) -> Iterator[Chart]:
+    """Fig. 6 as the paper has it and without what disturbs it, behaviours, and Fig. 7."""
+    yield _complexity(arena, members, study)
+    yield _quiet_complexity(arena, members, study)
+    yield _behaviour(arena, members, study)
+    yield _correlation(arena, members, study)
+
+
+def _complexity(arena: str, members: Members, study: Study) -> Chart:
     panels = []
     for species in SPECIES:
         marks = []
@@ -22,29 +53,86 @@ def complexity_figure(name: str, arena: str, members: list[Replications], study:
                 line.low, line.high = line.y - error, line.y + error
             marks.append(line)
         panels.append(
-            Panel(
-                PLURAL[species].capitalize(), 'Generation', 'Complexity c (rad/s per tick)', marks
-            )
+            Panel(PLURAL[species].capitalize(), 'Generation', f'Complexity {UNIT}', marks)
         )
     return Chart(
-        name,
+        'complexity',
         f'Behavioural complexity, {arena}',
         'Mean complexity c of the behaviour of all agents against all opponents of the same '
         'generation (Fig. 6): half the mean, over the ticks of an episode, of the change of '
-        'desired translational plus rotational wheel speed. Bands: standard errors over '
-        'replications.',
+        'desired translational plus rotational wheel speed.',
         [panels],
+        arena,
+        'Bands: standard errors over replications, as in the paper.'
+        if max(len(each.runs) for each in members) > 1
+        else 'One replication: no intervals.',
     )
 
 
-def correlation_figure(name: str, arena: str, members: list[Replications], study: Study) -> Chart:
-    """Draw Fig. 7: complexity and performance."""
+def _quiet_complexity(arena: str, members: Members, study: Study) -> Chart:
+    rows: list[list[Panel]] = []
+    for faced, title in (('contemporaries', 'own generation'), ('fixed', 'last generation')):
+        row = []
+        for species in SPECIES:
+            marks = [
+                condition_line(
+                    study.generations, each.behaviour[faced][species]['complexity'], each, members
+                )
+                for each in members
+            ]
+            name = f'{PLURAL[species].capitalize()} vs best of the {title}'
+            row.append(Panel(name, 'Generation', f'Complexity {UNIT}', marks))
+        rows.append(row)
+    return Chart(
+        'complexity_quiet',
+        f'Complexity without noise, {arena}',
+        'Complexity c beside Fig. 6, without what hides it: sensor noise, captures and changing '
+        f'opponents. {HOW} Above: opponents of the same generation. Below: the same opponents, '
+        'the best of the last generation, for all generations.',
+        rows,
+        arena,
+        interval_note(members),
+        height=1.8,
+    )
+
+
+def _behaviour(arena: str, members: Members, study: Study) -> Chart:
+    rows: list[list[Panel]] = []
+    for measure, label in MEASURED.items():
+        row = []
+        for species in SPECIES:
+            marks = [
+                condition_line(
+                    study.generations, each.behaviour['fixed'][species][measure], each, members
+                )
+                for each in members
+            ]
+            title = PLURAL[species].capitalize() if not rows else ''
+            limits = None if measure == 'reversals' else (-0.02, 1.02)
+            row.append(Panel(title, 'Generation', label, marks, limits))
+        rows.append(row)
+    return Chart(
+        'behaviour',
+        f'What the robots do, {arena}',
+        'Changes of driving direction, and shares of time: driving forward or backward (mean '
+        'wheel speed of at least 1 rad/s), turning on the spot and pausing. '
+        f'{HOW} The opponents are the best of the last generation, for all generations.',
+        rows,
+        arena,
+        interval_note(members),
+        height=1.25,
+    )
+
+
+def _correlation(arena: str, members: Members, study: Study) -> Chart:
     panels = []
+    ends = [np.inf, -np.inf]
     for each in members:
-        marks = []
+        marks, notes = [], []
         for species in SPECIES:
             fitness = performance(each.tournament, species)[:, :, -1].mean(axis=0)
             complexity = each.complexity[species].mean(axis=0)
+            ends = [min(ends[0], complexity.min()), max(ends[1], complexity.max())]
             marks.append(
                 Points(
                     complexity,
@@ -52,22 +140,35 @@ def correlation_figure(name: str, arena: str, members: list[Replications], study
                     PLURAL[species].capitalize(),
                     COLOURS[species],
                     MARKERS[species],
-                    [f'{species}, generation {g}' for g in study.generations],
+                    [thousands(g) for g in study.generations],
+                    path=True,
                 )
             )
+            r, p, low, high = statistics.correlation(complexity, fitness)
+            if np.isfinite(r):
+                size = 'p < 0.001' if p < 0.001 else f'p = {p:.3f}'
+                between = f' [{low:.2f}, {high:.2f}]' if np.isfinite(low) else ''
+                notes.append(f'{PLURAL[species]}: r = {r:.2f}{between}, {size}')
         panels.append(
             Panel(
                 each.condition.name,
-                'Complexity c (rad/s per tick)',
+                f'Complexity {UNIT}',
                 'Fitness vs last opponents',
                 marks,
+                (0, 1.25),
+                note='\n'.join(notes),
             )
         )
+    margin = 0.06 * (ends[1] - ends[0]) or 0.1
+    for panel in panels:
+        panel.xlim = (ends[0] - margin, ends[1] + margin)
     return Chart(
-        name,
+        'complexity_correlation',
         f'Performance and complexity, {arena}',
         'Each point is one generation, averaged over replications: complexity of its behaviour '
         'and performance against the last generation (Fig. 7). Generations of a run are not '
-        'independent: see the table for correlations within each replication.',
+        'independent: p is too small, and the table has correlations within each replication.',
         in_rows(panels),
+        arena,
+        'Points grow from the first generation to the last. Brackets: 95 % interval of r.',
     )

@@ -1,8 +1,27 @@
-"""Charts for the screen: Plotly figures as plain JSON, to zoom and hover."""
+"""Charts for the screen: panels as Plotly figures in plain JSON, to zoom and hover.
+
+A page lays the panels out and writes the legend, so that they fit any width; `charts.js` draws.
+"""
+
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 
-from coevo_manager.analysis.figures.charts import Bars, Chart, Heat, Line, Panel, Points
+from coevo_manager.analysis.figures.charts import (
+    Bars,
+    Chart,
+    Heat,
+    Line,
+    Mark,
+    Panel,
+    Points,
+    Spans,
+)
+from coevo_manager.analysis.figures.draw import COLOURS_OF_HEAT
 
 MARKS = {
     'circle': 'circle',
@@ -12,167 +31,165 @@ MARKS = {
     'cross': 'x',
     'star': 'star',
 }
+SYMBOLS = {
+    'circle': '●',
+    'square': '■',
+    'triangle': '▲',
+    'diamond': '◆',
+    'cross': '✖',
+    'star': '★',
+}
+INCH = 95
+"""Pixels of an inch of the printed panel."""
 
 
-TOP, BETWEEN, BOTTOM = 35, 85, 95  # px: modebar and titles, axis titles, axis title and legend
-PANEL = 95  # px an inch of the printed panel
-
-
-def figure(chart: Chart) -> dict:
-    """A chart as a Plotly figure: `data` and `layout`."""
-    columns = max(len(row) for row in chart.rows)
-    rows = len(chart.rows)
-    panel = PANEL * chart.height
-    inner = rows * panel + (rows - 1) * BETWEEN
-    layout: dict = {
-        'height': round(inner) + TOP + BOTTOM,
-        'margin': {'l': 60, 'r': 15, 't': TOP, 'b': BOTTOM},
-        'font': {'family': 'system-ui, sans-serif', 'size': 12, 'color': '#222'},
-        'plot_bgcolor': '#fff',
-        'paper_bgcolor': '#fff',
-        'hovermode': 'closest',
-        'legend': {
-            'orientation': 'h',
-            'x': 0.5,
-            'xanchor': 'center',
-            'y': -55 / inner,
-            'yanchor': 'top',
-        },
-        'annotations': [],
-        'barmode': 'group',
+def chart_data(chart: Chart) -> dict[str, Any]:
+    """A chart as `charts.js` takes it: its panels, their columns, a legend and a scale."""
+    return {
+        'columns': max(len(row) for row in chart.rows),
+        'panels': [panel_figure(panel, chart.height) for panel in chart.panels],
+        'legend': [_legend(name, mark) for name, mark in chart.legend.items()],
+        'scale': _scale(chart.scale),
+        'note': chart.note,
     }
-    data: list[dict] = []
-    named: set[str] = set()
-    gap = 0.09 if columns > 1 else 0
-    width = (1 - gap * (columns - 1)) / columns
-    depth = panel / inner
-    places = [(r, c, panel) for r, row in enumerate(chart.rows) for c, panel in enumerate(row)]
-    for number, (r, c, panel) in enumerate(places, 1):
-        left, bottom = c * (width + gap), 1 - depth - r * (depth + BETWEEN / inner)
-        _add_axes(layout, panel, '' if number == 1 else str(number), left, bottom, width, depth)
-        for mark in panel.marks:
-            for trace in _traces(mark, left + width * 0.89, bottom + depth / 2, depth):
-                trace |= {'xaxis': f'x{number}', 'yaxis': f'y{number}'}
-                if 'legendgroup' in trace:
-                    name = trace['legendgroup']
-                    trace['showlegend'] = trace.get('showlegend', True) and name not in named
-                    if trace['showlegend']:
-                        named.add(name)
-                data.append(trace)
-    return {'data': data, 'layout': layout}
 
 
-def _add_axes(layout: dict, panel: Panel, end: str, left, bottom, width, depth) -> None:
+def panel_figure(panel: Panel, height: float) -> dict[str, Any]:
+    """A panel as a Plotly figure: `data` and `layout`, and a title and a note."""
     heat = any(isinstance(mark, Heat) for mark in panel.marks)
-    axis = {'gridcolor': '#e8e8e8', 'zeroline': False, 'linecolor': '#999', 'ticks': 'outside'}
-    x = axis | {
-        'domain': [left, left + width * (0.88 if heat else 1)],
-        'anchor': f'y{end}',
-        'title': {'text': panel.xlabel, 'standoff': 8},
-    }
-    y = axis | {
-        'domain': [bottom, bottom + depth],
-        'anchor': f'x{end}',
-        'title': {'text': panel.ylabel, 'standoff': 8},
-    }
+    axis: dict[str, Any] = {'gridcolor': '#e8e8e8', 'zeroline': False, 'ticks': 'outside'}
+    axis |= {'linecolor': '#999', 'automargin': True, 'nticks': 6}
+    x = axis | {'title': {'text': panel.xlabel, 'standoff': 6}}
+    y = axis | {'title': {'text': panel.ylabel, 'standoff': 6}}
     if panel.ylim:
         y['range'] = list(panel.ylim)
+    if panel.xlim:
+        x['range'] = _numbers(panel.xlim)
     if panel.zero:
         y |= {'zeroline': True, 'zerolinecolor': '#888', 'rangemode': 'tozero'}
-    if heat:
-        x |= {'type': 'category', 'nticks': 6}
-        y |= {'type': 'category', 'nticks': 6}
     if panel.categories is not None:
         count = len(panel.categories)
         x |= {'tickvals': list(range(count)), 'ticktext': list(panel.categories)}
         x['range'] = [-0.5, count - 0.5]
-    layout[f'xaxis{end}'], layout[f'yaxis{end}'] = x, y
-    layout['annotations'].append(
-        {
-            'text': f'<b>{panel.title}</b>',
-            'x': left,
-            'y': bottom + depth,
-            'xref': 'paper',
-            'yref': 'paper',
-            'xanchor': 'left',
-            'yanchor': 'bottom',
-            'showarrow': False,
-        }
-    )
+    layout = {
+        'height': round(INCH * height) + 93,
+        'margin': {'l': 52, 'r': 8, 't': 26, 'b': 44},
+        'font': {'family': 'system-ui, sans-serif', 'size': 12, 'color': '#222'},
+        'hovermode': 'closest',
+        'showlegend': False,
+        'barmode': 'group',
+        'xaxis': x,
+        'yaxis': y,
+        'shapes': [
+            shape for mark in panel.marks if isinstance(mark, Spans) for shape in _shapes(mark)
+        ],
+    }
+    traces = [trace for mark in panel.marks for trace in _traces(mark)]
+    return {
+        'title': panel.title,
+        'note': panel.note,
+        'square': heat,
+        'data': traces,
+        'layout': layout,
+    }
 
 
-def _traces(mark, right: float, middle: float, depth: float) -> list[dict]:
+def _legend(name: str, mark: Line | Spans | Points | Bars) -> dict[str, str]:
+    symbol = '■'
+    if isinstance(mark, Spans):
+        symbol = '▒'
+    elif not isinstance(mark, Bars):
+        symbol = SYMBOLS[mark.marker] if mark.marker else '━'
+        symbol += '┅' if isinstance(mark, Line) and mark.dashed else ''
+    return {'name': name, 'colour': mark.colour, 'symbol': symbol}
+
+
+def _scale(mark: Heat | None) -> dict[str, Any] | None:
+    if mark is None:
+        return None
+    colours = [to_hex(colormaps[COLOURS_OF_HEAT](k / 8)) for k in range(9)]
+    return {'label': mark.label, 'low': 0, 'high': 1, 'colours': colours}
+
+
+def _shapes(mark: Spans) -> list[dict[str, Any]]:
+    common = {'type': 'rect', 'yref': 'paper', 'y0': 0, 'y1': 1, 'layer': 'below'}
+    look = {'fillcolor': mark.colour, 'opacity': 0.16, 'line': {'width': 0}}
+    return [common | look | {'x0': start, 'x1': end} for start, end in mark.spans]
+
+
+def _traces(mark: Mark) -> list[dict[str, Any]]:
+    if isinstance(mark, Spans):
+        return []
     if isinstance(mark, Heat):
         return [
             {
                 'type': 'heatmap',
-                'x': [str(x) for x in mark.x],
-                'y': [str(y) for y in mark.y],
+                'x': _numbers(mark.x),
+                'y': _numbers(mark.y),
                 'z': _numbers(mark.z),
-                'zmin': mark.low,
-                'zmax': mark.high,
-                'colorscale': 'PuOr' if mark.diverging else 'Viridis',
-                'colorbar': {
-                    'x': right,
-                    'y': middle,
-                    'len': depth,
-                    'thickness': 10,
-                    'title': {'text': mark.label, 'side': 'right'},
-                },
+                'zmin': 0,
+                'zmax': 1,
+                'colorscale': COLOURS_OF_HEAT.capitalize(),
+                'showscale': False,
                 'hovertemplate': 'column %{x}<br>row %{y}<br>%{z:.3f}<extra></extra>',
             }
         ]
-    common = {'name': mark.name, 'legendgroup': mark.name, 'y': _numbers(mark.y)}
+    common: dict[str, Any] = {'name': mark.name, 'y': _numbers(mark.y)}
     if isinstance(mark, Bars):
         pattern = {'shape': '/' if mark.hatched else '', 'fillmode': 'overlay', 'fgcolor': '#fff'}
-        bars = common | {
-            'type': 'bar',
-            'x': list(mark.groups),
-            'marker': {'color': mark.colour, 'pattern': pattern},
+        look = {'color': mark.colour, 'pattern': pattern}
+        bars = common | {'type': 'bar', 'x': list(mark.groups), 'marker': look}
+        return [bars | _interval(mark, '#222')]
+    common |= {'type': 'scatter'} | _places(mark.x)
+    return _points(mark, common) if isinstance(mark, Points) else _line(mark, common)
+
+
+def _points(mark: Points, common: dict[str, Any]) -> list[dict[str, Any]]:
+    count = len(np.asarray(mark.x))
+    size: Any = np.linspace(5, 12, count).round(1).tolist() if mark.path else 8
+    look = {'color': mark.colour, 'symbol': MARKS[mark.marker], 'size': size}
+    points = common | {'mode': 'lines+markers' if mark.path else 'markers', 'marker': look}
+    points['line'] = {'color': mark.colour, 'width': 0.7}
+    if mark.text is not None:
+        points |= {
+            'text': list(mark.text),
+            'hovertemplate': f'{mark.name} %{{text}}<br>%{{x:.4g}}, %{{y:.4g}}<extra></extra>',
         }
-        return [bars | _interval(mark)]
-    common |= {'type': 'scatter', 'x': _numbers(mark.x), 'showlegend': mark.in_legend}
-    if isinstance(mark, Points):
-        style = {'color': mark.colour, 'symbol': MARKS[mark.marker], 'size': 8}
-        points = common | {'mode': 'markers', 'marker': style}
-        if mark.text is not None:
-            points |= {'text': list(mark.text), 'hovertemplate': '%{text}<br>%{x:.4g}, %{y:.4g}'}
-        return [points | _interval(mark)]
-    return _line(mark, common)
+    return [points | _interval(mark, mark.colour)]
 
 
-def _line(mark: Line, common: dict) -> list[dict]:
+def _line(mark: Line, common: dict[str, Any]) -> list[dict[str, Any]]:
     line = common | {
         'mode': 'lines+markers' if mark.marker else 'lines',
         'line': {
             'color': mark.colour,
             'dash': 'dash' if mark.dashed else 'solid',
-            'width': 1 if mark.thin else 2,
+            'width': 0.7 if mark.thin else 2,
         },
         'opacity': 0.45 if mark.thin else 1,
     }
     if mark.marker:
         line['marker'] = {'symbol': MARKS[mark.marker], 'size': 6}
-    if mark.low is None:
+    if mark.low is None or mark.high is None:
         return [line]
+    x, low, high = (np.asarray(values, float) for values in (mark.x, mark.low, mark.high))
+    known = np.isfinite(low) & np.isfinite(high)
     band = {
         'type': 'scatter',
         'mode': 'lines',
-        'x': _numbers(mark.x) + _numbers(mark.x)[::-1],
-        'y': _numbers(mark.high) + _numbers(mark.low)[::-1],
+        'x': _numbers(np.concatenate([x[known], x[known][::-1]])),
+        'y': _numbers(np.concatenate([high[known], low[known][::-1]])),
         'fill': 'toself',
         'fillcolor': mark.colour,
         'opacity': 0.16,
         'line': {'width': 0},
         'hoverinfo': 'skip',
-        'legendgroup': mark.name,
-        'showlegend': False,
     }
     return [band, line]
 
 
-def _interval(mark) -> dict:
-    if mark.low is None:
+def _interval(mark: Points | Bars, colour: str) -> dict[str, Any]:
+    if mark.low is None or mark.high is None:
         return {}
     return {
         'error_y': {
@@ -180,13 +197,27 @@ def _interval(mark) -> dict:
             'symmetric': False,
             'array': _numbers(np.subtract(mark.high, mark.y)),
             'arrayminus': _numbers(np.subtract(mark.y, mark.low)),
-            'color': '#222' if isinstance(mark, Bars) else mark.colour,
+            'color': colour,
         }
     }
 
 
-def _numbers(values) -> list:
-    """JSON numbers with 5 significant digits; None for what is not a number."""
-    if np.ndim(values) == 2:
-        return [_numbers(row) for row in values]
-    return [float(f'{v:.5g}') if np.isfinite(v) else None for v in np.asarray(values, float)]
+def _places(x: Any) -> dict[str, Any]:
+    """Values along x, short where they are evenly spaced."""
+    values = np.asarray(x, float)
+    steps = np.diff(values)
+    if len(steps) > 8 and (steps == steps[0]).all():
+        return {'x0': float(values[0]), 'dx': float(steps[0])}
+    return {'x': _numbers(values)}
+
+
+def _numbers(values: Any) -> list[Any]:
+    """JSON numbers with 4 significant digits; None for what is not a number."""
+    array = np.asarray(values, float)
+    if array.ndim == 2:
+        return [_numbers(row) for row in array]
+    whole = array == np.round(array)
+    return [
+        None if not np.isfinite(v) else int(v) if w else float(f'{v:.4g}')
+        for v, w in zip(array.tolist(), whole.tolist(), strict=True)
+    ]

@@ -3,12 +3,15 @@
 Orientation and names are those of `measures`.
 """
 
+from __future__ import annotations
+
 import numpy as np
+from numpy.typing import ArrayLike
 
 from coevo_manager.analysis.measures.paper import performance
 
 
-def retrogression(tournament, species):
+def retrogression(tournament: ArrayLike, species: str) -> tuple[np.ndarray, np.ndarray]:
     """How often, and how much, a step between successive generations loses ground.
 
     Every step i -> i+1 is judged against every generation of opponents, earlier and later.
@@ -28,7 +31,7 @@ def retrogression(tournament, species):
         return (change < 0).mean(axis=(-2, -1)), falls / total
 
 
-def hodge(tournament):
+def hodge(tournament: ArrayLike) -> tuple[np.ndarray, np.ndarray, float]:
     """Split the game between generations into a transitive and a cyclic part.
 
     Each generation plays both roles against every other: `margin[i, j]` is the predator fitness of
@@ -57,7 +60,7 @@ def hodge(tournament):
     return rating, cyclic, float((cyclic**2).sum() / energy) if energy > 0 else np.nan
 
 
-def path_diversity(paths):
+def path_diversity(paths: ArrayLike) -> float:
     """Mean distance between the paths of individuals that met the same opponent.
 
     Parameters
@@ -76,7 +79,7 @@ def path_diversity(paths):
     return float(np.linalg.norm(paths[first] - paths[second], axis=-1).mean())
 
 
-def profile_diversity(fitness):
+def profile_diversity(fitness: ArrayLike) -> float:
     """Mean Euclidean distance between the fitness profiles (rows) of a population, per opponent.
 
     The distance by which the generalist algorithm tells opponents apart (section 2.1), divided by

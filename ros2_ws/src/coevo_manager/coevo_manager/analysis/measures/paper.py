@@ -6,13 +6,17 @@ of generation i against the prey of generation j, in [0, 1] (row = predator, col
 i against opponents of generation j. Leading axes are replications.
 """
 
+from __future__ import annotations
+
 import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
 
 from coevo_manager.analysis.measures.statistics import ALPHA, compare_paired
 from coevo_manager.core.species import SPECIES
 
 
-def performance(tournament, species):
+def performance(tournament: ArrayLike, species: str) -> np.ndarray:
     """Fitness of one species' agents (rows) against the other's opponents (columns).
 
     The predators' is the tournament itself; the prey's is 1 minus its transpose (Fig. 3).
@@ -23,7 +27,7 @@ def performance(tournament, species):
     return tournament if species == 'predator' else 1.0 - np.swapaxes(tournament, -1, -2)
 
 
-def ciao(tournament, species):
+def ciao(tournament: ArrayLike, species: str) -> np.ndarray:
     """Current individuals against ancestral opponents (Cliff & Miller): NaN above the diagonal."""
     table = performance(tournament, species).copy()
     size = table.shape[-1]
@@ -31,7 +35,7 @@ def ciao(tournament, species):
     return table
 
 
-def historical_tests(tournaments, generations, species):
+def historical_tests(tournaments: ArrayLike, generations: ArrayLike, species: str) -> pd.DataFrame:
     """Table 1: agents against opponents of earlier generations, compared with their own.
 
     Parameters
@@ -52,7 +56,7 @@ def historical_tests(tournaments, generations, species):
     return _tests(own[:, later, earlier].T, own[:, later, later].T, generations, later, earlier)
 
 
-def global_tests(tournaments, generations, species):
+def global_tests(tournaments: ArrayLike, generations: ArrayLike, species: str) -> pd.DataFrame:
     """Table 2: agents against the last generation's opponents, compared with earlier agents.
 
     As `historical_tests`, with first: the agents of `generation`, second: those of `earlier`, both
@@ -61,14 +65,14 @@ def global_tests(tournaments, generations, species):
     return increase_tests(performance(tournaments, species)[:, :, -1], generations)
 
 
-def increase_tests(values, generations):
+def increase_tests(values: ArrayLike, generations: ArrayLike) -> pd.DataFrame:
     """Is a quantity (R, S) larger at a generation than at an earlier one? For each such pair."""
     values = np.asarray(values, float)
     later, earlier = np.tril_indices(values.shape[-1], -1)
     return _tests(values[:, later].T, values[:, earlier].T, generations, later, earlier)
 
 
-def most_recent(tests, column='p_paper', alpha=ALPHA):
+def most_recent(tests: pd.DataFrame, column: str = 'p_paper', alpha: float = ALPHA) -> pd.Series:
     """Reduce the tests to a column of Table 1 or 2.
 
     Returns
@@ -83,7 +87,7 @@ def most_recent(tests, column='p_paper', alpha=ALPHA):
     return significant.groupby(tests['generation']).max()
 
 
-def duration(table):
+def duration(table: pd.Series) -> float:
     """Generations of progress: the last generation whose entry exceeds all entries before it.
 
     This is how the paper reads its tables (section 3): "progress continued until". 0 when no entry
@@ -95,7 +99,7 @@ def duration(table):
     return int(rising.index[-1]) if len(rising) else 0
 
 
-def rate(tournament, generations, species, until):
+def rate(tournament: ArrayLike, generations: ArrayLike, species: str, until: int) -> np.ndarray:
     """Performance gained per 1000 generations against earlier opponents (section 2.3).
 
     The gain is how much better the agents of generation `until` do than those of the first
@@ -121,14 +125,14 @@ def rate(tournament, generations, species, until):
     return gain / (generations[end] - generations[0]) * 1000
 
 
-def normalised(curve):
+def normalised(curve: ArrayLike) -> np.ndarray:
     """Scale a curve to [0, 1] by its own minimum and maximum (Fig. 9); a flat one becomes 0."""
     curve = np.asarray(curve, float)
     extent = np.ptp(curve)
     return (curve - curve.min()) / extent if extent > 0 else np.zeros_like(curve)
 
 
-def representative(complexity):
+def representative(complexity: ArrayLike) -> list[tuple[int, int]]:
     """Episodes at the 0th, 25th, 50th, 75th and 100th percentile of complexity (Fig. 5).
 
     Parameters
@@ -142,10 +146,16 @@ def representative(complexity):
     complexity = np.asarray(complexity)
     order = np.argsort(complexity, axis=None, kind='stable')
     picks = order[np.round(np.linspace(0, len(order) - 1, 5)).astype(int)]
-    return [tuple(int(k) for k in np.unravel_index(pick, complexity.shape)) for pick in picks]
+    return [(int(pick) // complexity.shape[1], int(pick) % complexity.shape[1]) for pick in picks]
 
 
-def _tests(first, second, generations, later, earlier):
+def _tests(
+    first: np.ndarray,
+    second: np.ndarray,
+    generations: ArrayLike,
+    later: np.ndarray,
+    earlier: np.ndarray,
+) -> pd.DataFrame:
     generations = np.asarray(generations)
     tests = compare_paired(first, second)
     tests.insert(0, 'generation', generations[later])

@@ -5,10 +5,15 @@ not independent. All p-values are one-tailed for "the first is larger" unless a 
 otherwise.
 """
 
+from __future__ import annotations
+
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 from scipy import stats
 from statsmodels.stats.power import TTestPower
 
@@ -31,7 +36,7 @@ TEST_COLUMNS = (
 )
 
 
-def holm(p):
+def holm(p: ArrayLike) -> np.ndarray:
     """Correct a family of p-values by Holm's step-down method; NaN entries stay out of it.
 
     Equal to statsmodels' `multipletests`, which collects garbage at each call (0.2 s).
@@ -45,7 +50,7 @@ def holm(p):
     return corrected
 
 
-def compare_paired(first, second):
+def compare_paired(first: ArrayLike, second: ArrayLike) -> pd.DataFrame:
     """Test "first > second" over replications, for K comparisons that form one Holm family.
 
     Parameters
@@ -87,7 +92,7 @@ def compare_paired(first, second):
     return table
 
 
-def compare_groups(first, second):
+def compare_groups(first: ArrayLike, second: ArrayLike) -> dict[str, float]:
     """Test "first > second" for two independent groups of replications (two conditions).
 
     Returns
@@ -138,7 +143,7 @@ def compare_groups(first, second):
     return row
 
 
-def sign_flip(difference):
+def sign_flip(difference: ArrayLike) -> np.ndarray:
     """Permutation test of a mean above 0: flip the signs of R differences (..., R); p-values."""
     return stats.permutation_test(
         (np.asarray(difference, float),),
@@ -152,7 +157,7 @@ def sign_flip(difference):
     ).pvalue
 
 
-def bootstrap_interval(values):
+def bootstrap_interval(values: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Bound the mean over the last axis (replications): low, high (95 %, percentile)."""
     values = np.asarray(values, float)
     if values.shape[-1] < 2:
@@ -168,7 +173,7 @@ def bootstrap_interval(values):
     return interval.low, interval.high
 
 
-def hedges_g(difference):
+def hedges_g(difference: ArrayLike) -> np.ndarray:
     """Paired effect size: mean difference over its standard deviation, small-sample corrected."""
     difference = np.asarray(difference, float)
     degrees = difference.shape[-1] - 1
@@ -177,16 +182,20 @@ def hedges_g(difference):
         return difference.mean(axis=-1) / deviation * (1 - 3 / (4 * degrees - 1))
 
 
-def correlation(x, y):
-    """Pearson's r of two series and its two-tailed p; NaN where a series has no variance."""
+def correlation(x: ArrayLike, y: ArrayLike) -> tuple[float, float, float, float]:
+    """Pearson's r of two series, its two-tailed p and its 95 % interval (Fisher's z).
+
+    NaN where a series has no variance; the interval also where there are fewer than 4 values.
+    """
     x, y = np.asarray(x, float), np.asarray(y, float)
     if len(x) < 3 or np.ptp(x) == 0 or np.ptp(y) == 0:
-        return np.nan, np.nan
+        return np.nan, np.nan, np.nan, np.nan
     result = stats.pearsonr(x, y)
-    return float(result.statistic), float(result.pvalue)
+    low, high = result.confidence_interval(0.95) if len(x) > 3 else (np.nan, np.nan)
+    return float(result.statistic), float(result.pvalue), float(low), float(high)
 
 
-def detectable_effect(replications):
+def detectable_effect(replications: int) -> float:
     """Smallest paired effect (in standard deviations) found with 80 % power at 5 %, one-tailed."""
     if replications < 2:
         return np.inf
@@ -195,7 +204,7 @@ def detectable_effect(replications):
     )
 
 
-def caution(replications):
+def caution(replications: int) -> str:
     """One sentence: what this number of replications cannot show."""
     if replications < 2:
         return (
@@ -216,11 +225,13 @@ def caution(replications):
     return f'{sentence}; the exact sign-flip test cannot fall below p = {smallest:.3g}.'
 
 
-def _mean_difference(first, second, axis=-1):
+def _mean_difference(first: np.ndarray, second: np.ndarray, axis: int = -1) -> np.ndarray:
     return np.mean(first, axis=axis) - np.mean(second, axis=axis)
 
 
-def _p(test, first, second, **options):
+def _p(
+    test: Callable[..., Any], first: np.ndarray, second: np.ndarray, **options: Any
+) -> np.ndarray:
     """One-tailed p; two equal constant samples (0/0 in the statistic) are no evidence: p = 1."""
     with warnings.catch_warnings(), np.errstate(divide='ignore', invalid='ignore'):
         warnings.simplefilter('ignore', RuntimeWarning)

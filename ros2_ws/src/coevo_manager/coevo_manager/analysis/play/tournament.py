@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.runs import AnalysisError
 from coevo_manager.core.episodes import Environment
 from neuro_controller.core.reading import ReadingError, read_arrays
@@ -96,7 +97,7 @@ class Store:
         beside = path.with_suffix(f'.{uuid.uuid4().hex}.tmp')
         try:
             with beside.open('wb') as file:
-                np.savez_compressed(file, **arrays)
+                np.savez_compressed(file, allow_pickle=False, **arrays)
             beside.replace(path)
         finally:
             beside.unlink(missing_ok=True)
@@ -125,14 +126,14 @@ class Evaluations:
         A Dask cluster that works instead of this machine.
     """
 
-    def __init__(self, kernel, store: Store, workers: int = 1, client=None) -> None:
+    def __init__(self, kernel: Kernel, store: Store, workers: int = 1, client: Any = None) -> None:
         self.kernel = kernel
         self.store = store
         self.workers = workers
         self.client = client
 
     def prepare(
-        self, blocks: Iterable[Block], advance: Callable[[int], None] = lambda episodes: None
+        self, blocks: Iterable[Block], advance: Callable[[int], object] = lambda episodes: None
     ) -> int:
         """Evaluate and store what the store lacks; returns the number of episodes played.
 
@@ -160,6 +161,7 @@ class Evaluations:
             self.store.path(block.digest).unlink(missing_ok=True)
             self.prepare([block])
             arrays = self.store.load(block.digest)
+            assert arrays is not None, 'it was stored just now'
         fitness = 1.0 - arrays['ticks'] / block.environment.episode_ticks
         return Result(fitness, arrays.get('complexity'))
 
@@ -168,7 +170,7 @@ class Evaluations:
         function: Callable,
         jobs: Sequence[tuple[str, tuple]],
         processes: bool = False,
-        advance: Callable[[int], None] = lambda jobs: None,
+        advance: Callable[[int], object] = lambda jobs: None,
     ) -> list[np.ndarray]:
         """Results of `function(kernel, *arguments)`, arrays, through the store.
 
@@ -200,6 +202,7 @@ class Evaluations:
         if self.client is not None:
             yield from self._work_on_cluster(function, tasks)
             return
+        pool: futures_module.Executor
         if processes and self.workers > 1:
             pool = futures_module.ProcessPoolExecutor(
                 min(self.workers, max(len(tasks), 1)), multiprocessing.get_context('spawn')
@@ -216,7 +219,9 @@ class Evaluations:
         finally:
             pool.shutdown(cancel_futures=True)
 
-    def _work_on_cluster(self, function: Callable, tasks: Sequence[tuple]):
+    def _work_on_cluster(
+        self, function: Callable, tasks: Sequence[tuple]
+    ) -> Iterator[tuple[int, Any]]:
         from distributed import KilledWorker, as_completed
 
         futures = {
@@ -239,17 +244,17 @@ def _fits(arrays: dict[str, np.ndarray], block: Block) -> bool:
     return {name: array.shape for name, array in arrays.items()} == expected
 
 
-def content_hash(*parts) -> str:
+def content_hash(*parts: Any) -> str:
     """Hash of arrays and of values that JSON can write."""
     digest = hashlib.sha256()
     for part in parts:
         if isinstance(part, np.ndarray):
-            part = hashlib.sha256(np.ascontiguousarray(part, np.float32)).hexdigest()
+            part = hashlib.sha256(np.ascontiguousarray(part, np.float32).tobytes()).hexdigest()
         digest.update(json.dumps(part, sort_keys=True).encode() + b'\0')
     return digest.hexdigest()
 
 
-def evaluate_portion(kernel, blocks: Sequence[Block]) -> list[dict[str, np.ndarray]]:
+def evaluate_portion(kernel: Kernel, blocks: Sequence[Block]) -> list[dict[str, np.ndarray]]:
     """Play the episodes of blocks of one environment and kind in one call of the kernel."""
     predator_index, prey_index = [], []
     predators = prey = 0
@@ -275,7 +280,7 @@ def evaluate_portion(kernel, blocks: Sequence[Block]) -> list[dict[str, np.ndarr
     for block in blocks:
         shape = len(block.predators), len(block.prey)
         span = slice(start, start + block.episodes)
-        arrays = {'ticks': np.asarray(ticks[span], np.int32).reshape(shape)}
+        arrays: dict[str, np.ndarray] = {'ticks': np.asarray(ticks[span], np.int32).reshape(shape)}
         if complexity is not None:
             arrays['complexity'] = np.asarray(complexity[span], np.float32).reshape(*shape, 2)
         results.append(arrays)

@@ -14,21 +14,20 @@ METHODS = (
     ),
     (
         'Historical progress (section 2.3, Table 1)',
-        'Agents do better against opponents of an earlier generation than against those of their '
-        'own. The table names the most recent such generation.',
+        'Agents do better against opponents of an earlier generation than against those of '
+        'their own. The table names the most recent such generation.',
     ),
     (
         'Global progress (section 2.3, Table 2)',
-        'Agents do better against the opponents of the last generation than agents of an earlier '
-        'generation do. The table names the most recent such earlier generation.',
+        'Agents do better against the opponents of the last generation than agents of an '
+        'earlier generation do. The table names the most recent such earlier generation.',
     ),
     (
         'Duration and rate of progress',
         'Duration: the last generation whose entry in Table 1 or 2 exceeds every entry before '
-        'it, which is '
-        "how the paper reads its tables. Rate: how much better the duration's last agents do "
-        'than those of '
-        'generation 0 against the opponents of all generations before, per 1000 generations.',
+        "it, which is how the paper reads its tables. Rate: how much better the duration's last "
+        'agents do than those of generation 0 against the opponents of all generations before, '
+        'per 1000 generations.',
     ),
     (
         'Verdicts',
@@ -36,28 +35,37 @@ METHODS = (
         'opponents of the first half rather than its own generation. Global: over the agents of '
         'the first half, against the opponents of all generations, earlier and later. Held-out: '
         "the same against the best of other runs' last generation. Generation 0 is left out, "
-        'since '
-        'anything beats random genomes. A gain is called progress when the paired one-tailed '
-        't-test over replications, Holm-corrected over the verdicts of the condition, is below '
-        '0.05 and the tournament is more transitive than cyclic (otherwise cyclic: the halves may '
-        'just be different phases of a cycle); a fall likewise is called retrogression.',
+        'since anything beats random genomes. A gain is called progress when the paired one- '
+        'tailed t-test over replications, Holm-corrected over the verdicts of the condition, is '
+        'below 0.05 and the tournament is more transitive than cyclic (otherwise cyclic: the '
+        'halves may just be different phases of a cycle); a fall likewise is called '
+        'retrogression. Where no replication gained or lost anything there is nothing to test: '
+        'no change.',
     ),
     (
         'Statistics',
         "The replication is the unit. p paper: the paper's one-tailed Student's t-test, "
         "uncorrected. p paired: one-tailed paired t-test. p welch: Welch's. p sign flip: exact "
-        'permutation test over the '
-        'signs of the replications (its smallest value is 1/2 to the number of replications). '
-        'holm: '
-        "corrected over the table. bootstrap: 95 % percentile interval. Hedges' g: difference in "
-        'standard '
-        'deviations, small-sample corrected. Generations and individuals of one run are never '
-        'counted as independent.',
+        'permutation test over the signs of the replications (its smallest value is 1/2 to the '
+        'number of replications). holm: corrected over the table. bootstrap: 95 % percentile '
+        "interval. Hedges' g: difference in standard deviations, small-sample corrected. "
+        'Generations and individuals of one run are never counted as independent.',
     ),
     (
         'Complexity c (section 4)',
         'Sum over the s ticks of an episode of |change of (l + r)/2| + |change of (r - l)/2| of '
         'the desired wheel speeds l and r, from rest, divided by 2 s; rad/s per tick of 0.1 s.',
+    ),
+    (
+        'Behaviour',
+        'A sample of each generation, individuals of every rank, meets the best opponents of '
+        'its own generation (contemporaries) and those of the last generation of its run '
+        '(fixed), with sensors that are free of noise. Means are over the episodes that no '
+        'capture ended: they are of equal length, while in short ones the start from rest '
+        'weighs more. A robot drives forward or backward while the mean of its wheel speeds is '
+        'at least 1 rad/s, else it turns on the spot (half their difference is at least 1 '
+        'rad/s) or pauses. Reversals: changes between forward and backward in 100 s, slow '
+        'moments between not counted.',
     ),
     (
         'Rate of retrogression',
@@ -74,36 +82,54 @@ METHODS = (
     (
         'Exploitability',
         'A fresh (1+1) search (2 % of genes redrawn a mutation, from random genomes) for a best '
-        'response to '
-        'one frozen champion, the best of its population against its contemporaries. The found '
-        "opponent's "
-        'fitness is a lower bound on what can be had against the champion; the mean while '
-        'searching tells how long it holds out.',
+        'response to one frozen champion, the best of its population against its '
+        'contemporaries. The fitness of the opponent found is a lower bound on what can be had '
+        'against the champion; the mean while searching, and the candidates needed until one '
+        'scores 0.5, tell how long it holds out.',
     ),
 )
 
-_EXPLAINED = 'Tests are explained under Methods.'
-
 TABLES = {
-    'table1': ('Historical progress (Table 1).', 'Most recent generation of earlier opponents '
-               'against which the agents of a generation do significantly better than against '
-               'their own; 0: none after generation 0.'),
-    'table2': ('Global progress (Table 2).', 'Most recent earlier generation of agents that does '
-               'significantly worse against the last opponents than the agents of a generation; '
-               '0: none after generation 0.'),
-    'durations': ('Duration and rate of progress and complexification.', 'In generations; by the '
-                  "paper's tests and by Holm-corrected paired tests."),
-    'verdicts': ('Verdicts.', f'The numbers behind the answers at the top. {_EXPLAINED}'),
-    'cross_tests': ('Cross-experiment tests (Fig. 4).', 'First: fitness of the agents against '
-                                                        'the opponents of '
-                    "the other condition; second: against their own condition's, with (all) or "
-                    "without "
-                    f'(held-out) their own run. {_EXPLAINED}'),
-    'complexity_condition_tests': ('Complexity between conditions.', 'Last generation; '
-                                   'one-tailed. p permutation exchanges the labels of the runs.'),
-    'complexity_correlation': ('Correlation of complexity and performance (Fig. 7).', 'Over '
-                               'generations; of the mean over replications, as the paper, and '
-                               'within each replication (seed). Generations of a run are not '
-                               'independent, so p is too small.'),
-    'retrogression': ('Rate of retrogression.', 'Of each run.'),
-}  # fmt: skip
+    'table1': (
+        'Historical progress (Table 1).',
+        'Most recent generation of earlier opponents against which the agents of a generation '
+        'do significantly better than against their own; 0: none after generation 0.',
+    ),
+    'table2': (
+        'Global progress (Table 2).',
+        'Most recent earlier generation of agents that does significantly worse against the '
+        'last opponents than the agents of a generation; 0: none after generation 0.',
+    ),
+    'durations': (
+        'Duration and rate of progress and complexification.',
+        "In generations; by the paper's tests and by Holm-corrected paired tests.",
+    ),
+    'verdicts': (
+        'Verdicts.',
+        'The numbers behind the answers at the top. Tests are explained under Methods.',
+    ),
+    'cross_tests': (
+        'Cross-experiment tests (Fig. 4).',
+        'First: fitness of the agents against the opponents of the other condition; second: '
+        "against their own condition's, with (all) or without (held-out) their own run. Tests "
+        'are explained under Methods.',
+    ),
+    'complexity_condition_tests': (
+        'Complexity between conditions.',
+        'Last generation; one-tailed. p permutation exchanges the labels of the runs.',
+    ),
+    'complexity_correlation': (
+        'Correlation of complexity and performance (Fig. 7).',
+        'Over generations; of the mean over replications, as the paper, and within each '
+        'replication (seed). Generations of a run are not independent, so p is too small.',
+    ),
+    'behaviour': (
+        'What the robots do.',
+        'Means over episodes of equal length without sensor noise; complexity in rad/s per '
+        'tick, reversals in 100 s, the others shares of time.',
+    ),
+    'retrogression': (
+        'Rate of retrogression.',
+        'Of each run.',
+    ),
+}

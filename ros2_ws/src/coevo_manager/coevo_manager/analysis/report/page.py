@@ -3,42 +3,61 @@
 import base64
 import json
 import zlib
+from dataclasses import dataclass
 from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from jinja2 import Environment as Templates
 from plotly.offline import get_plotlyjs
 
+from coevo_manager.analysis.conditions import slug
 from coevo_manager.analysis.figures import interactive
 from coevo_manager.analysis.figures.charts import Chart
-from coevo_manager.analysis.figures.marks import slug_of
 from coevo_manager.analysis.measures import statistics
 from coevo_manager.analysis.report.methods import METHODS, TABLES
+from coevo_manager.analysis.report.tables import Table
 from coevo_manager.analysis.study import Study
 from coevo_manager.core.configuration import FIELDS
 from coevo_manager.core.evolution.files import write_whole
-from coevo_manager.core.species import PLURAL
+from coevo_manager.core.species import COLOURS, PLURAL
 
 PACKAGES = ('coevo_manager', 'numpy', 'numba', 'scipy', 'statsmodels', 'matplotlib', 'plotly')
+ASSETS = ('report.html', 'report.css', 'player.css', 'charts.js', 'player.js', 'report.js')
+AT_A_GLANCE = 'gains'
+"""Kind of the chart that stands beside the verdicts."""
+
 CHIPS = {
     'progress': ('progress', '▲'),
     'cyclic': ('none', '\N{CLOCKWISE OPEN CIRCLE ARROW}'),
     'retrogression': ('retrogression', '▼'),
     'not significant': ('none', '\N{EN DASH}'),
+    'no change': ('none', '='),
     'cannot be claimed': ('unknown', '?'),
 }
+
+
+@dataclass
+class Picture:
+    """A figure that is only drawn for print."""
+
+    name: str
+    title: str
+    caption: str
+    svg: Path
+    arena: str
 
 
 def write_report(
     path: Path,
     study: Study,
     charts: list[tuple[Chart, Path]],
-    pictures: list[dict],
-    tables: dict[str, pd.DataFrame],
-    player: list[dict],
+    pictures: list[Picture],
+    tables: dict[str, Table],
+    player: list[dict[str, Any]],
 ) -> None:
     """Write the page.
 
@@ -46,53 +65,49 @@ def write_report(
     ----------
     charts : list of (Chart, Path)
         Each chart with its SVG.
-    pictures : list of dict
-        Figures that are only drawn for print: `name`, `title`, `caption`, `svg` (Path), `arena`.
     tables : dict
-        Tables by name, of which those in `methods.TABLES` are shown.
+        Tables by name, of which those of the kinds in `methods.TABLES` are shown.
     player : list of dict
         `player.grid` of each condition.
     """
     assets = files('coevo_manager.analysis.report') / 'assets'
-    source = {name: (assets / name).read_text('utf-8') for name in
-              ('report.html', 'report.css', 'report.js', 'player.js')}  # fmt: skip
+    source = {name: (assets / name).read_text('utf-8') for name in ASSETS}
     data = {
         'plotly': _deflate(get_plotlyjs()),
-        'charts': {chart.name: interactive.figure(chart) for chart, _ in charts},
+        'charts': _deflate(
+            _json({chart.name: interactive.chart_data(chart) for chart, _ in charts})
+        ),
         'player': player,
     }
-    by_name = {
-        chart.name: _figure(chart.name, chart.title, chart.caption, svg, True)
-        for chart, svg in charts
-    }
-    verdicts = tables['verdicts']
+    sections = _sections(study, charts, pictures)
+    arenas = list(study.arenas())
+    title = 'Did they make progress?'
     page = Templates(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         source['report.html']
-    ).render(
-        title='Did they make progress?' if len(study.arenas()) != 1 else
-        f'Did they make progress? {next(iter(study.arenas())).capitalize()}',
+    )
+    text = page.render(
+        title=title if len(arenas) != 1 else f'{title} {arenas[0].capitalize()}',
         lead=_lead(study),
-        css=source['report.css'],
-        js=source['report.js'],
-        player_js=source['player.js'],
-        data=json.dumps(data, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c'),
-        glance=[_glance(study, arena, verdicts, by_name) for arena in study.arenas()],
+        colours=COLOURS,
+        css=source['report.css'] + source['player.css'],
+        scripts=[source[name] for name in ASSETS if name.endswith('.js')],
+        data=_json(data).replace('<', '\\u003c'),
+        glance=[_glance(arena, tables['verdicts'].frame, charts) for arena in arenas],
         caution=statistics.caution(min(len(each.runs) for each in study.conditions)),
         warnings=_warnings(study),
-        sections=_sections(study, by_name, pictures),
-        tables=[
-            table_view(name, tables[name], title, caption)
-            for name, (title, caption) in _table_titles(tables).items()
-        ],
+        sections=sections,
+        tables=[_shown(table) for table in _in_order(tables)],
         methods=METHODS,
-        runs=table_view('runs', tables['runs'], 'Runs.', 'Every replication, and what it cost.'),
+        runs=table_view(
+            'runs', tables['runs'].frame, 'Runs.', 'Every replication, and what it cost.'
+        ),
         configuration=_configuration(study),
         versions=', '.join(f'{name} {metadata_version(name)}' for name in PACKAGES)
         + f'; episode kernel {study.evaluations.kernel.version}',
         footer='Measures after Simione & Nolfi (2019), Long-Term Progress and Behavior '
         'Complexification in Competitive Co-Evolution. This page needs no network.',
-    )  # fmt: skip
-    write_whole(path, page.encode())
+    )
+    write_whole(path, text.encode())
 
 
 def metadata_version(name: str) -> str:
@@ -103,7 +118,7 @@ def metadata_version(name: str) -> str:
         return 'source'
 
 
-def table_view(identity: str, table: pd.DataFrame, title: str, caption: str) -> dict:
+def table_view(identity: str, table: pd.DataFrame, title: str, caption: str) -> dict[str, Any]:
     """A table as the template takes it: text and, for numbers, the value to sort by."""
     return {
         'id': f'table-{identity}',
@@ -117,7 +132,7 @@ def table_view(identity: str, table: pd.DataFrame, title: str, caption: str) -> 
     }
 
 
-def _cell(value, column: str) -> dict:
+def _cell(value: Any, column: str) -> dict[str, Any]:
     if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
         return {'text': '\N{EN DASH}', 'value': None}
     if isinstance(value, bool | np.bool_):
@@ -126,8 +141,9 @@ def _cell(value, column: str) -> dict:
         grouped = f'{value:,}' if column in ('episodes', 'ticks') else str(value)
         return {'text': grouped, 'value': int(value)}
     if isinstance(value, float | np.floating):
+        value = float(value)
         if column.startswith('p_') and value < 0.001:
-            return {'text': '< 0.001', 'value': float(value)}
+            return {'text': '< 0.001', 'value': value}
         if value.is_integer():
             return {'text': f'{value:.0f}', 'value': float(value)}
         return {
@@ -147,7 +163,9 @@ def _lead(study: Study) -> str:
     )
 
 
-def _glance(study: Study, arena: str, verdicts: pd.DataFrame, figures: dict) -> dict:
+def _glance(
+    arena: str, verdicts: pd.DataFrame, charts: list[tuple[Chart, Path]]
+) -> dict[str, Any]:
     table = verdicts[verdicts['arena'] == arena]
     names = list(dict.fromkeys(table['measure']))
     rows, answers = [], []
@@ -155,8 +173,8 @@ def _glance(study: Study, arena: str, verdicts: pd.DataFrame, figures: dict) -> 
         part = table[table['condition'] == condition]
         answers.append({'condition': condition, 'text': answer(part)})
         for species in PLURAL:
-            cells = {row.measure: _verdict_cell(row) for row in
-                     part[part['species'] == species].itertuples()}  # fmt: skip
+            own = part[part['species'] == species]
+            cells = {row.measure: _verdict_cell(row) for row in own.itertuples()}
             rows.append(
                 {
                     'condition': condition,
@@ -169,17 +187,23 @@ def _glance(study: Study, arena: str, verdicts: pd.DataFrame, figures: dict) -> 
         'answers': answers,
         'measures': [name.capitalize() for name in names],
         'rows': rows,
-        'chart': figures[f'gains_{slug_of(arena)}'],
+        'charts': [
+            _chart_view(chart, svg)
+            for chart, svg in charts
+            if (chart.kind, chart.arena) == (AT_A_GLANCE, arena)
+        ],
     }
 
 
 _NOT_MEASURED = {'style': 'unknown', 'symbol': '', 'verdict': 'no other run', 'detail': ''}
 
 
-def _verdict_cell(row) -> dict:
+def _verdict_cell(row: Any) -> dict[str, str]:
     style, symbol = CHIPS[row.verdict]
-    detail = '' if np.isnan(row.difference) else f'{row.difference:+.3f}'
-    if not np.isnan(row.bootstrap_low):
+    detail = (
+        '' if np.isnan(row.difference) or row.verdict == 'no change' else f'{row.difference:+.3f}'
+    )
+    if detail and not np.isnan(row.bootstrap_low):
         detail += (
             f' [{row.bootstrap_low:+.3f}, {row.bootstrap_high:+.3f}], p = {row.p_paired_holm:.3g}'
         )
@@ -201,6 +225,7 @@ def answer(part: pd.DataFrame) -> str:
         winners = [PLURAL[s] for s in PLURAL if verdict[s] == 'progress']
         cyclic = [PLURAL[s] for s in PLURAL if verdict[s] == 'cyclic']
         losers = [PLURAL[s] for s in PLURAL if verdict[s] == 'retrogression']
+        same = [PLURAL[s] for s in PLURAL if verdict[s] == 'no change']
         text = (
             f'{measure} progress of {" and ".join(winners)}'
             if winners
@@ -208,6 +233,8 @@ def answer(part: pd.DataFrame) -> str:
         )
         if cyclic:
             text += f', a gain of {" and ".join(cyclic)} within a cycle'
+        if same:
+            text += f', no change of {" and ".join(same)}'
         if losers:
             text += f', retrogression of {" and ".join(losers)}'
         sentences.append(text)
@@ -221,60 +248,79 @@ def _warnings(study: Study) -> list[str]:
     found = []
     for each in study.conditions:
         wrong = [
-            run.name for run, same in zip(each.runs, each.reproduced, strict=True) if not same
+            run.name for run, same in zip(each.runs, each.reproduced, strict=True) if same is False
         ]
         if wrong:
             found.append(
                 f'{", ".join(wrong)}: this version of the episode kernel does not reproduce the '
-                'fitness '
-                'that the run stored; its tournament is of the same genomes in a different '
-                'simulation.'
+                'fitness that the run stored; its tournament is of the same genomes in a '
+                'different simulation.'
             )
+        for run in each.runs:
+            for species in run.never_evolved:
+                found.append(
+                    f'{run.name}: the {PLURAL[species]} never evolved, the run ended before '
+                    f'their turn; what it says of {PLURAL[species]} is of random genomes.'
+                )
     return found
 
 
-def _sections(study: Study, by_name: dict, pictures: list[dict]) -> list[dict]:
+def _sections(
+    study: Study, charts: list[tuple[Chart, Path]], pictures: list[Picture]
+) -> list[dict[str, Any]]:
     sections = []
     for arena in study.arenas():
-        slug = slug_of(arena)
         own = [
-            item
-            for name, item in by_name.items()
-            if name.endswith(f'_{slug}') and 'gains' not in name
+            _chart_view(chart, svg)
+            for chart, svg in charts
+            if chart.arena == arena and chart.kind != AT_A_GLANCE
         ]
-        drawn = [
-            _figure(item['name'], item['title'], item['caption'], item['svg'], False)
-            for item in pictures
-            if item['arena'] == arena
-        ]
-        sections.append({'id': slug, 'title': f'Figures, {arena}', 'charts': own + drawn})
-    both = [item for name, item in by_name.items() if name.startswith('obstacle_comparison')]
-    if both:
-        sections.append({'id': 'obstacle', 'title': 'Does the obstacle matter?', 'charts': both})
+        drawn = [_picture_view(picture) for picture in pictures if picture.arena == arena]
+        sections.append(
+            {'id': slug(arena), 'title': f'Figures, {arena}', 'charts': [*own, *drawn]}
+        )
+    between = [_chart_view(chart, svg) for chart, svg in charts if chart.arena is None]
+    if between:
+        sections.append(
+            {'id': 'obstacle', 'title': 'Does the obstacle matter?', 'charts': between}
+        )
     return sections
 
 
-def _figure(name: str, title: str, caption: str, svg: Path, is_interactive: bool) -> dict:
+def _chart_view(chart: Chart, svg: Path) -> dict[str, Any]:
+    caption = f'{chart.caption} {chart.note}'.strip()
+    return _figure(chart.name, chart.title, caption, svg) | {'interactive': True}
+
+
+def _picture_view(picture: Picture) -> dict[str, Any]:
+    return _figure(picture.name, picture.title, picture.caption, picture.svg)
+
+
+def _figure(name: str, title: str, caption: str, svg: Path) -> dict[str, Any]:
     return {
         'name': name,
         'title': title,
         'caption': caption,
         'image': _deflate(svg.read_text('utf-8')),
-        'interactive': is_interactive,
+        'interactive': False,
     }
 
 
-def _table_titles(tables: dict[str, pd.DataFrame]) -> dict[str, tuple[str, str]]:
-    """Titles and captions of the tables to show, by name; those of an environment begin alike."""
-    return {
-        name: text
-        for prefix, text in TABLES.items()
-        for name in tables
-        if name == prefix or (prefix.startswith('table') and name.startswith(prefix))
-    }
+def _in_order(tables: dict[str, Table]) -> list[Table]:
+    """Those that are shown, in the order of `methods.TABLES`."""
+    return [table for kind in TABLES for table in tables.values() if table.kind == kind]
 
 
-def _configuration(study: Study) -> dict:
+def _shown(table: Table) -> dict[str, Any]:
+    title, caption = TABLES[table.kind]
+    where = f' {table.arena.capitalize()}.' if table.arena else ''
+    test = {'paper': " The paper's tests.", 'paired_holm': ' Paired tests, corrected.'}
+    return table_view(
+        table.name, table.frame, title + where, caption + test.get(table.test or '', '')
+    )
+
+
+def _configuration(study: Study) -> dict[str, Any]:
     """Configuration of the first run of each condition, values that agree in one cell."""
     values = {
         f'{each.condition.name}, {each.condition.arena}': each.runs[0].configuration.as_dict()
@@ -292,6 +338,10 @@ def _configuration(study: Study) -> dict:
         rows.append((name, text, option.unit, option.help))
     table = pd.DataFrame(rows, columns=['field', 'value', 'unit', 'meaning'])
     return table_view('configuration', table, 'Configuration.', 'Of every condition.')
+
+
+def _json(data: Any) -> str:
+    return json.dumps(data, separators=(',', ':'), allow_nan=False)
 
 
 def _deflate(text: str) -> str:

@@ -1,17 +1,56 @@
 """Every result as a tidy table: one observation a row, for CSV files and the report."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from coevo_manager.analysis.conditions import Condition, slug
 from coevo_manager.analysis.measures import beyond, statistics
+from coevo_manager.analysis.measures.cross import cross_values
 from coevo_manager.analysis.measures.paper import performance
-from coevo_manager.analysis.play.cross import cross_values, paper_cross_values
-from coevo_manager.analysis.play.exploit import best_found, while_searching
-from coevo_manager.analysis.study import Study
+from coevo_manager.analysis.play.probe import best_found, candidates_needed, while_searching
+from coevo_manager.analysis.report import progress
+from coevo_manager.analysis.runs import Replication
+from coevo_manager.analysis.study import FACED, ConditionResults, Study
+from coevo_manager.core.behaviour import MEASURES
 from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.species import OTHER, SPECIES
+
+Values = Callable[[ConditionResults, str], np.ndarray]
+"""Curves (R, S) of a condition and species."""
+
+
+@dataclass
+class Table:
+    """A result in rows.
+
+    Attributes
+    ----------
+    kind : str
+        What it holds, such as 'verdicts' or 'table1'.
+    frame : pandas.DataFrame
+    arena : str, optional
+        Where all of it belongs to one arena.
+    test : str, optional
+        The test whose p-values it rests on, 'paper' or 'paired_holm'.
+    """
+
+    kind: str
+    frame: pd.DataFrame
+    arena: str | None = None
+    test: str | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of its file."""
+        parts = (self.kind, slug(self.arena) if self.arena else None, self.test)
+        return '_'.join(part for part in parts if part)
 
 
 def write(table: pd.DataFrame, path: Path) -> None:
@@ -36,6 +75,7 @@ def runs(study: Study) -> pd.DataFrame:
                     'episodes': int(cost['episodes']),
                     'ticks': int(cost['ticks']),
                     'reproduced': reproduced,
+                    'never_evolved': ' and '.join(run.never_evolved),
                     'evolved_with': run.versions,
                 }
             )
@@ -91,14 +131,12 @@ def cross_tests(study: Study) -> pd.DataFrame:
             for other in members:
                 if other is each:
                     continue
+                ours, theirs = ([run.folder for run in group.runs] for group in (each, other))
                 for species in SPECIES:
-                    for opponents, values in (
-                        ('all', paper_cross_values),
-                        ('held-out', cross_values),
-                    ):
+                    for opponents, own in (('all', True), ('held-out', False)):
                         tests = statistics.compare_paired(
-                            [values(each, other, species, study)],
-                            [values(each, each, species, study)],
+                            [cross_values(ours, theirs, species, study.cross, own)],
+                            [cross_values(ours, ours, species, study.cross, own)],
                         )
                         keys = {
                             'arena': each.condition.arena,
@@ -117,6 +155,25 @@ def cross_tests(study: Study) -> pd.DataFrame:
 def complexity(study: Study) -> pd.DataFrame:
     """Fig. 6: mean complexity of each generation, rad/s per tick."""
     return _curves(study, 'complexity', lambda each, species: each.complexity[species])
+
+
+def behaviour(study: Study) -> pd.DataFrame:
+    """What a sample of each generation does, without sensor noise, see `play.behaviours`.
+
+    `opponents`: the best of the same generation (contemporaries), or of the last generation of the
+    run (fixed). `episodes`: those that no capture ended, over which the means are.
+    """
+    keys = ['arena', 'condition', 'seed', 'species', 'generation']
+    parts = []
+    for faced in FACED:
+        columns = [
+            _curves(study, name, _of_behaviour(faced, name)) for name in ('episodes', *MEASURES)
+        ]
+        part = columns[0]
+        for column in columns[1:]:
+            part = part.merge(column, on=keys)
+        parts.append(part.assign(opponents=faced))
+    return _first(pd.concat(parts, ignore_index=True), *keys, 'opponents')
 
 
 def complexity_condition_tests(study: Study) -> pd.DataFrame:
@@ -159,10 +216,9 @@ def complexity_correlation(study: Study) -> pd.DataFrame:
             for run, c, f in zip(each.runs, each.complexity[species], fitness, strict=True):
                 pairs.append((str(run.seed), c, f))
             for seed, c, f in pairs:
-                r, p = statistics.correlation(c, f)
-                rows.append(
-                    keys | {'seed': seed, 'generations': len(c), 'r': r, 'p_two_tailed': p}
-                )
+                r, p, low, high = statistics.correlation(c, f)
+                found = {'r': r, 'r_low': low, 'r_high': high, 'p_two_tailed': p}
+                rows.append(keys | {'seed': seed, 'generations': len(c)} | found)
     return pd.DataFrame(rows)
 
 
@@ -172,7 +228,7 @@ def held_out(study: Study) -> pd.DataFrame:
     for each in study.conditions:
         sources = {s.name: s for species in SPECIES for s in each.held_out[species]}
         for name, source in sources.items():
-            part = _curves_of(study, each, 'fitness', lambda e, s, c=source: e.held_out[s][c])
+            part = _curves_of(study, each, 'fitness', _of_held_out(source))
             parts.append(part.assign(opponents=name))
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
@@ -186,6 +242,9 @@ def exploitability(study: Study) -> pd.DataFrame:
         study, 'mean_while_searching', lambda each, s: while_searching(each.probes[s])
     )
     table['mean_while_searching'] = anytime['mean_while_searching']
+    table['candidates_needed'] = _curves(
+        study, 'candidates_needed', lambda each, s: candidates_needed(each.probes[s])
+    )['candidates_needed']
     return table.assign(
         responder=table['species'].map(OTHER),
         candidates=study.budget.candidates,
@@ -225,7 +284,7 @@ def cyclicity(study: Study) -> pd.DataFrame:
     return _first(pd.concat(parts, ignore_index=True), 'arena', 'condition', 'seed')
 
 
-def all_tables(study: Study) -> dict[str, pd.DataFrame]:
+def all_tables(study: Study) -> dict[str, Table]:
     """Every table by the name of its file; empty ones left out."""
     functions = (
         runs,
@@ -235,26 +294,46 @@ def all_tables(study: Study) -> dict[str, pd.DataFrame]:
         complexity,
         complexity_condition_tests,
         complexity_correlation,
+        behaviour,
         held_out,
         exploitability,
         diversity,
         retrogression,
         cyclicity,
     )
-    tables = {function.__name__: function(study) for function in functions}
-    return {name: table for name, table in tables.items() if len(table)}
+    tests = progress.generation_tests(study)
+    tables = [
+        *(Table(function.__name__, function(study)) for function in functions),
+        Table('verdicts', progress.verdicts(study)),
+        Table('generation_tests', tests),
+        Table('durations', progress.durations(study, tests)),
+    ]
+    for arena in study.arenas():
+        for kind, measure in (('table1', 'historical'), ('table2', 'global')):
+            for column, test in (('p_paper', 'paper'), ('p_paired_holm', 'paired_holm')):
+                frame = progress.progress_table(tests, arena, measure, column)
+                tables.append(Table(kind, frame, arena, test))
+    return {table.name: table for table in tables if len(table.frame)}
 
 
-def _keys(each, run) -> dict:
+def _of_behaviour(faced: str, measure: str) -> Values:
+    return lambda each, species: each.behaviour[faced][species][measure]
+
+
+def _of_held_out(source: Condition) -> Values:
+    return lambda each, species: each.held_out[species][source]
+
+
+def _keys(each: ConditionResults, run: Replication) -> dict[str, Any]:
     return {'arena': each.condition.arena, 'condition': each.condition.name, 'seed': run.seed}
 
 
-def _curves(study: Study, column: str, values) -> pd.DataFrame:
+def _curves(study: Study, column: str, values: Values) -> pd.DataFrame:
     parts = [_curves_of(study, each, column, values) for each in study.conditions]
     return pd.concat(parts, ignore_index=True)
 
 
-def _curves_of(study: Study, each, column: str, values) -> pd.DataFrame:
+def _curves_of(study: Study, each: ConditionResults, column: str, values: Values) -> pd.DataFrame:
     """Curves (R, S) of both species of a condition, one row a generation and run."""
     parts = []
     for species in SPECIES:

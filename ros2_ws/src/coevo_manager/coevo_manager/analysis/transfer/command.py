@@ -2,7 +2,9 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TextIO, cast
 
 from coevo_manager.command_line import Parser, add_option, carry_out
 from marxbot_sim.core.fields import Option
@@ -29,7 +31,7 @@ def make_parser() -> Parser:
     return parser
 
 
-def main(argv=None) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     options = make_parser().parse_args(argv)
     from rich.console import Console
@@ -38,7 +40,7 @@ def main(argv=None) -> int:
     from coevo_manager.analysis.figures.draw import save
     from coevo_manager.analysis.report.tables import write
     from coevo_manager.analysis.runs import read_run
-    from coevo_manager.analysis.transfer.measure import conditions, measure_transfer
+    from coevo_manager.analysis.transfer.measure import measure_transfer, targets
     from coevo_manager.analysis.transfer.report import draw_transfer, to_markdown
     from coevo_manager.core.evolution.files import write_whole
     from coevo_manager.outlet import Outlet
@@ -46,8 +48,10 @@ def main(argv=None) -> int:
     def work() -> int:
         runs = [read_run(folder) for folder in options.runs]
         options.out.mkdir(parents=True, exist_ok=True)
-        with Progress(console=Console(file=Outlet(sys.stderr)), transient=True) as progress:
-            task = progress.add_task('conditions', total=len(conditions()))
+        with Progress(
+            console=Console(file=cast(TextIO, Outlet(sys.stderr))), transient=True
+        ) as progress:
+            task = progress.add_task('conditions', total=len(targets()))
             table = measure_transfer(
                 runs,
                 options.champions,

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from scipy import stats
 
-from coevo_manager.analysis.runs import AnalysisError, Run
+from coevo_manager.analysis.runs import AnalysisError, Replication
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes import evaluate_matrix
 from coevo_manager.core.species import SPECIES
@@ -16,7 +17,7 @@ from marxbot_sim.core.perturbations import PERFECT, Perturbations
 KERNEL = 'kernel'
 """The condition that others are compared with: kinematic physics, perfect robots."""
 
-STANDARD = {
+STANDARD: dict[str, dict[str, Any]] = {
     'wheels 5 % smaller': {'wheel_radius_scale': 0.95},
     'wheels 5 % larger': {'wheel_radius_scale': 1.05},
     'wheels 5 % closer': {'wheel_separation_scale': 0.95},
@@ -45,7 +46,7 @@ _RANDOM = (
 
 
 @dataclass(frozen=True)
-class Condition:
+class Target:
     """A world to transfer to.
 
     Attributes
@@ -62,7 +63,7 @@ class Condition:
     name: str
     physics: str
     perturbed: str
-    fields: dict
+    fields: dict[str, Any]
 
     def environments(self, environment: Environment, draws: int) -> list[Environment]:
         """Return the environment as it is there, once for each seed if anything is random."""
@@ -77,22 +78,22 @@ class Condition:
         ]
 
 
-def conditions() -> list[Condition]:
+def targets() -> list[Target]:
     """Return all conditions, `KERNEL` first."""
     singly = {**STANDARD, 'all perturbations': ALL}
     return [
-        Condition(KERNEL, 'kinematic', 'both', {}),
-        Condition('pymunk', 'pymunk', 'both', {}),
+        Target(KERNEL, 'kinematic', 'both', {}),
+        Target('pymunk', 'pymunk', 'both', {}),
         *(
-            Condition(name, 'kinematic', perturbed, fields)
+            Target(name, 'kinematic', perturbed, fields)
             for name, fields in singly.items()
             for perturbed in (*SPECIES, 'both')
         ),
-        Condition('pymunk, all perturbations', 'pymunk', 'both', ALL),
+        Target('pymunk, all perturbations', 'pymunk', 'both', ALL),
     ]
 
 
-def champions(run: Run, count: int) -> tuple[np.ndarray, np.ndarray]:
+def champions(run: Replication, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the fittest predators and prey of a run's last snapshot, float32 (count, 442) each.
 
     Raises
@@ -112,7 +113,7 @@ def champions(run: Run, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def measure_transfer(
-    runs: Sequence[Run],
+    runs: Sequence[Replication],
     count: int,
     draws: int,
     threads: int,
@@ -122,7 +123,7 @@ def measure_transfer(
 
     Parameters
     ----------
-    runs : sequence of Run
+    runs : sequence of Replication
         All of one arena. Each champion meets the champions of all runs, so that runs compare.
     count : int
         Champions of each species and run.
@@ -147,8 +148,9 @@ def measure_transfer(
     environment = _common_environment(runs)
     chosen = [champions(run, count) for run in runs]
     predators, prey = (np.concatenate(parts) for parts in zip(*chosen, strict=True))
-    rows, reference = [], {}
-    for condition in conditions():
+    rows: list[dict[str, Any]] = []
+    reference: dict[str, np.ndarray] = {}
+    for condition in targets():
         survival = np.mean(
             [
                 evaluate_matrix(predators, prey, each, threads) / each.episode_ticks
@@ -179,7 +181,7 @@ def measure_transfer(
     return pd.DataFrame(rows)
 
 
-def _common_environment(runs: Sequence[Run]) -> Environment:
+def _common_environment(runs: Sequence[Replication]) -> Environment:
     worlds = [replace(run.environment, physics='kinematic', perturbations=PERFECT) for run in runs]
     for run, world in zip(runs, worlds, strict=True):
         if world != worlds[0]:

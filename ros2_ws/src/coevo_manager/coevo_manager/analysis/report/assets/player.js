@@ -1,54 +1,112 @@
 'use strict';
 
-const PREDATOR = '#b3341f';
-const PREY = '#3b93cf';
-const COLOURS = [PREDATOR, PREY];
+/* An episode player for any page: `new EpisodePlayer(element)` fills the element, and
+   `show(runs)` gives it runs as report/player.py makes them. Episodes that a run does not hold come
+   from elsewhere: give a function `load(run, name)` that returns a promise of one. */
+
 const RAYS = 24;
 const LAYERS = { infrared: [0, 24], inputs: [24, 25], hidden: [49, 10], motors: [59, 2] };
 const CHANNELS = 61;
 
+const PLAYER_PAGE = `
+  <div class="controls">
+    <label>Run <select data-part="run"></select></label>
+    <span class="pick predator">Predator <label>generation <select data-part="predator-generation"></select></label>
+      <label>individual <select data-part="predator-rank"></select></label></span>
+    <span class="pick prey">Prey <label>generation <select data-part="prey-generation"></select></label>
+      <label>individual <select data-part="prey-rank"></select></label></span>
+  </div>
+  <div class="stage">
+    <div>
+      <canvas data-part="arena" width="1120" height="1120" role="img" aria-label="The arena from above"></canvas>
+      <canvas data-part="timeline" width="1120" height="120" role="img" aria-label="Distance between the robots over time"></canvas>
+      <input data-part="scrub" type="range" min="0" max="1" value="0" step="1" aria-label="Tick">
+      <div class="controls">
+        <button data-part="play" type="button">Play</button>
+        <button data-part="back" type="button" aria-label="One tick back">&#8249;</button>
+        <button data-part="forward" type="button" aria-label="One tick forward">&#8250;</button>
+        <label>Speed <select data-part="speed">
+          <option value="0.5">0.5&times;</option><option value="1">1&times;</option>
+          <option value="2">2&times;</option><option value="5" selected>5&times;</option>
+          <option value="10">10&times;</option><option value="25">25&times;</option></select></label>
+        <label><input data-part="sensors" type="checkbox" checked> sensors</label>
+        <label><input data-part="trails" type="checkbox" checked> trails</label>
+        <output data-part="status"></output>
+      </div>
+    </div>
+    <div>
+      <canvas data-part="neurons" width="840" height="880" role="img" aria-label="Activity of the neurons of both robots"></canvas>
+      <p class="legend"><span class="swatch predator"></span> predator, solid trail
+        <span class="swatch prey"></span> prey, dashed trail. Lines from the rim: active infrared sensors.
+        Arcs: camera sectors that see the other robot. Ground: darker towards the walls, as the robots sense it.</p>
+      <div data-part="grid"></div>
+    </div>
+  </div>`;
+
+async function inflate(base64) {
+  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
+  return new Response(stream).arrayBuffer();
+}
+
 /* Undo player.py's packing: channels of differences, one after the other. */
-async function unpack(episode) {
+async function unpack(episode, units) {
   const buffer = await inflate(episode.data);
   const ticks = episode.ticks;
   let start = 0;
-  const channel = (Type, length) => {
+  const channel = (Type, length, orders) => {
     const values = new Type(buffer.slice(start, start + length * Type.BYTES_PER_ELEMENT));
     start += length * Type.BYTES_PER_ELEMENT;
-    for (let k = 1; k < length; k += 1) values[k] += values[k - 1];
+    for (let order = 0; order < orders; order += 1) {
+      for (let k = 1; k < length; k += 1) values[k] += values[k - 1];
+    }
     return values;
   };
-  const robots = (Type, count, length) => [0, 1].map(() => Array.from({ length: count }, () => channel(Type, length)));
+  const robots = (Type, count, length, orders, scale) => [0, 1].map(
+    () => Array.from({ length: count }, (_, c) => Float32Array.from(channel(Type, length, orders), (v) => v * scale(c))),
+  );
   return {
     ticks,
     captured: episode.captured,
-    poses: robots(Int16Array, 3, ticks + 1),
-    wheels: robots(Int16Array, 2, ticks),
-    neurons: robots(Uint8Array, CHANNELS, ticks),
+    poses: robots(Int16Array, 3, ticks + 1, 2, (c) => (c < 2 ? units.length : (2 * Math.PI) / units.turn)),
+    wheels: robots(Int16Array, 2, ticks, 1, () => units.speed),
+    neurons: robots(Uint8Array, CHANNELS, ticks, 1, () => 1 / units.neuron),
   };
 }
 
-class Player {
-  constructor(runs) {
-    this.runs = runs;
+class EpisodePlayer {
+  constructor(root, load = (run, name) => Promise.resolve(run.episodes[name])) {
+    this.root = root;
+    this.loadEpisode = load;
     this.time = 0;
     this.playing = false;
-    this.element = (id) => document.getElementById(id);
-    this.choices = ['predator-generation', 'predator-rank', 'prey-generation', 'prey-rank'].map(this.element);
-    this.fill(this.element('player-run'), runs.map((run) => run.title));
-    this.element('player-run').addEventListener('change', () => this.chooseRun());
+    root.classList.add('player');
+    root.tabIndex = 0;
+    root.setAttribute('aria-label', 'Episode player');
+    root.innerHTML = PLAYER_PAGE;
+    this.choices = ['predator-generation', 'predator-rank', 'prey-generation', 'prey-rank'].map((part) => this.element(part));
+    this.element('run').addEventListener('change', () => this.chooseRun());
     this.choices.forEach((choice) => choice.addEventListener('change', () => this.load()));
     this.element('play').addEventListener('click', () => this.toggle());
     this.element('back').addEventListener('click', () => this.step(-1));
     this.element('forward').addEventListener('click', () => this.step(1));
     this.element('scrub').addEventListener('input', (event) => this.seek(Number(event.target.value)));
-    for (const id of ['sensors', 'trails']) this.element(id).addEventListener('change', () => this.draw());
+    for (const part of ['sensors', 'trails']) this.element(part).addEventListener('change', () => this.draw());
     this.element('timeline').addEventListener('pointerdown', (event) => {
       const box = event.target.getBoundingClientRect();
       this.seek(Math.round(((event.clientX - box.left) / box.width) * this.trace.ticks));
     });
-    this.element('player').addEventListener('keydown', (event) => this.key(event));
-    this.chooseRun();
+    root.addEventListener('keydown', (event) => this.key(event));
+  }
+
+  element(part) {
+    return this.root.querySelector(`[data-part="${part}"]`);
+  }
+
+  show(runs) {
+    this.runs = runs;
+    this.fill(this.element('run'), runs.map((run) => run.title));
+    return this.chooseRun();
   }
 
   fill(select, names) {
@@ -56,7 +114,7 @@ class Player {
   }
 
   chooseRun() {
-    this.run = this.runs[Number(this.element('player-run').value)];
+    this.run = this.runs[Number(this.element('run').value)];
     const last = this.run.generations.length - 1;
     this.choices.forEach((choice, k) => {
       this.fill(choice, k % 2 ? this.run.ranks : this.run.generations);
@@ -68,7 +126,7 @@ class Player {
 
   async load() {
     const name = this.choices.map((choice) => choice.value).join('/');
-    const trace = await unpack(this.run.episodes[name]);
+    const trace = await unpack(await this.loadEpisode(this.run, name), this.run.units);
     if (name !== this.choices.map((choice) => choice.value).join('/')) return;
     this.trace = trace;
     this.name = name;
@@ -120,18 +178,18 @@ class Player {
     const k = Math.min(Math.floor(time), this.trace.ticks);
     const next = Math.min(k + 1, this.trace.ticks);
     const [x, y, heading] = this.trace.poses[robot];
-    const turn = ((heading[next] - heading[k]) / 1e4 + 3 * Math.PI) % (2 * Math.PI) - Math.PI;
+    const turn = (heading[next] - heading[k] + 65 * Math.PI) % (2 * Math.PI) - Math.PI;
     const part = time - k;
     return {
-      x: (x[k] + (x[next] - x[k]) * part) / 1e4,
-      y: (y[k] + (y[next] - y[k]) * part) / 1e4,
-      heading: heading[k] / 1e4 + turn * part,
+      x: x[k] + (x[next] - x[k]) * part,
+      y: y[k] + (y[next] - y[k]) * part,
+      heading: heading[k] + turn * part,
     };
   }
 
   neuron(robot, index) {
     const k = Math.min(Math.floor(this.time), this.trace.ticks - 1);
-    return this.trace.neurons[robot][index][k] / 255;
+    return this.trace.neurons[robot][index][k];
   }
 
   draw() {
@@ -176,10 +234,10 @@ class Player {
   drawTrail(context, robot) {
     const [x, y] = this.trace.poses[robot];
     context.beginPath();
-    for (let k = 0; k <= Math.floor(this.time); k += 1) context.lineTo(x[k] / 1e4, y[k] / 1e4);
+    for (let k = 0; k <= Math.floor(this.time); k += 1) context.lineTo(x[k], y[k]);
     context.lineWidth = 0.012;
     context.setLineDash(robot ? [0.05, 0.03] : []);
-    context.strokeStyle = COLOURS[robot];
+    context.strokeStyle = this.run.colours[robot];
     context.globalAlpha = 0.7;
     context.stroke();
     context.globalAlpha = 1;
@@ -193,7 +251,7 @@ class Player {
     context.translate(x, y);
     context.rotate(heading);
     if (this.element('sensors').checked) this.drawSensors(context, robot);
-    this.disc(context, 0, 0, radius, COLOURS[robot]);
+    this.disc(context, 0, 0, radius, this.run.colours[robot]);
     context.lineWidth = 0.012;
     context.strokeStyle = robot ? '#fff' : '#000';
     context.stroke();
@@ -225,7 +283,7 @@ class Player {
       if (seen === 0) continue;
       context.beginPath();
       context.arc(0, 0, radius + range + 0.04, (k * Math.PI) / 4, ((k + 1) * Math.PI) / 4);
-      context.strokeStyle = COLOURS[1 - robot];
+      context.strokeStyle = this.run.colours[1 - robot];
       context.globalAlpha = 0.35 + 0.65 * seen;
       context.lineWidth = 0.04;
       context.stroke();
@@ -242,7 +300,7 @@ class Player {
     const far = this.run.arena * 1.2;
     context.beginPath();
     for (let k = 0; k <= this.trace.ticks; k += 1) {
-      const distance = Math.hypot(ax[k] - bx[k], ay[k] - by[k]) / 1e4;
+      const distance = Math.hypot(ax[k] - bx[k], ay[k] - by[k]);
       context.lineTo((k / this.trace.ticks) * width, height - 6 - (distance / far) * (height - 30));
     }
     context.strokeStyle = '#333';
@@ -270,10 +328,10 @@ class Player {
     for (const robot of [0, 1]) {
       const top = robot * 440;
       context.font = 'bold 24px system-ui, sans-serif';
-      context.fillStyle = COLOURS[robot];
+      context.fillStyle = this.run.colours[robot];
       context.fillText(robot ? 'Prey' : 'Predator', 0, top + 24);
       const k = Math.min(Math.floor(this.time), this.trace.ticks - 1);
-      const [left, right] = this.trace.wheels[robot].map((wheel) => (wheel[k] / 1000).toFixed(1));
+      const [left, right] = this.trace.wheels[robot].map((wheel) => wheel[k].toFixed(1));
       context.font = '20px system-ui, sans-serif';
       context.fillStyle = '#5c626b';
       context.fillText(`wheels ${left}, ${right} of ${this.run.speeds[robot]} rad/s`, 140, top + 24);
@@ -293,7 +351,7 @@ class Player {
         const left = x + k * 36;
         context.fillStyle = '#e2e5ea';
         context.fillRect(left, top + 24, 30, 80);
-        context.fillStyle = COLOURS[robot];
+        context.fillStyle = this.run.colours[robot];
         context.fillRect(left, top + 24 + 80 * (1 - value), 30, 80 * value);
       }
       x += Math.max(count * 36, labelled) + 22;
@@ -339,5 +397,3 @@ class Player {
     return this.load();
   }
 }
-
-window.player = new Player(report.player);

@@ -2,28 +2,18 @@
 
 const report = JSON.parse(document.getElementById('report-data').textContent);
 
-async function inflate(base64) {
-  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
-  return new Response(stream).arrayBuffer();
-}
-
 async function drawCharts() {
+  const charts = JSON.parse(new TextDecoder().decode(await inflate(report.charts)));
   const script = document.createElement('script');
   script.textContent = new TextDecoder().decode(await inflate(report.plotly));
   document.head.append(script);
-  const options = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ['select2d', 'lasso2d'] };
   const seen = new IntersectionObserver((entries) => {
     for (const entry of entries.filter((each) => each.isIntersecting)) {
       seen.unobserve(entry.target);
-      const { data, layout } = report.charts[entry.target.dataset.chart];
-      Plotly.newPlot(entry.target, data, layout, options);
+      drawChart(entry.target, charts[entry.target.dataset.chart]);
     }
   }, { rootMargin: '400px' });
-  for (const element of document.querySelectorAll('[data-chart]')) {
-    element.style.minHeight = `${report.charts[element.dataset.chart].layout.height}px`;
-    seen.observe(element);
-  }
+  for (const element of document.querySelectorAll('[data-chart]')) seen.observe(element);
 }
 
 async function showPictures() {
@@ -55,5 +45,7 @@ function makeSortable(table) {
 }
 
 document.querySelectorAll('table.sortable').forEach(makeSortable);
+window.player = new EpisodePlayer(document.getElementById('player'));
+player.show(report.player);
 drawCharts();
 showPictures();

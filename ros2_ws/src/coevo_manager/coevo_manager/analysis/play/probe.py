@@ -11,16 +11,19 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from coevo_manager.analysis.play.tournament import content_hash
+from coevo_manager.analysis.play.kernel import Kernel
+from coevo_manager.analysis.play.tournament import Evaluations, content_hash
 from coevo_manager.core.episodes import Environment
 
 GENES = 442
 GENE_LIMIT = 5.0
 MUTATION_RATE = 0.02
+WINS = 0.5
+"""Fitness from which an opponent has the better of a champion."""
 
 
 @dataclass(frozen=True)
-class Budget:
+class SearchBudget:
     """What a probe may spend on one champion.
 
     Attributes
@@ -36,7 +39,11 @@ class Budget:
 
 
 def best_response(
-    kernel, champion: np.ndarray, species: str, environment: Environment, budget: Budget
+    kernel: Kernel,
+    champion: np.ndarray,
+    species: str,
+    environment: Environment,
+    budget: SearchBudget,
 ) -> np.ndarray:
     """Search opponents of a frozen champion.
 
@@ -81,6 +88,16 @@ def best_found(history: np.ndarray) -> np.ndarray:
     return history[..., -1].max(axis=-1)
 
 
+def candidates_needed(history: np.ndarray, level: float = WINS) -> np.ndarray:
+    """Candidates tried until one scores `level`, mean over searches; the budget where none does.
+
+    It tells champions apart that all fall in the end: the harder one takes longer to beat.
+    """
+    reached = history >= level
+    first = np.where(reached.any(axis=-1), reached.argmax(axis=-1) + 1, history.shape[-1])
+    return first.mean(axis=-1)
+
+
 def while_searching(history: np.ndarray) -> np.ndarray:
     """Best fitness so far, averaged over the candidates tried and the searches.
 
@@ -90,12 +107,12 @@ def while_searching(history: np.ndarray) -> np.ndarray:
 
 
 def probe(
-    evaluations,
+    evaluations: Evaluations,
     champions: Sequence[np.ndarray],
     species: str,
     environment: Environment,
-    budget: Budget,
-    advance: Callable[[int], None] = lambda champions: None,
+    budget: SearchBudget,
+    advance: Callable[[int], object] = lambda champions: None,
 ) -> np.ndarray:
     """`best_response` to each of k champions, through the store and on all cores.
 

@@ -1,0 +1,180 @@
+"""What replications share and what is set against what: conditions, and arenas that hold them."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from coevo_manager.core.configuration import FIELDS, Configuration
+from coevo_manager.core.environment import OPTIONS
+
+Member = TypeVar('Member', bound=Hashable)
+
+OWN = ('seed', 'phases', 'episodes', 'ticks')
+"""Fields in which replications of one condition differ: their seed, and when they end."""
+
+PAPER = ('standard', 'simplified', 'vanilla')
+
+
+@dataclass(frozen=True)
+class Condition:
+    """What replications have in common.
+
+    Attributes
+    ----------
+    name : str
+        For people, unique within its arena: the name that a campaign gave it, or its algorithm and
+        the fields in which it differs from the others.
+    arena : str
+        The world of its episodes, for people. Conditions are set against each other within one.
+    """
+
+    name: str
+    arena: str
+
+    @property
+    def slug(self) -> str:
+        """Name of both in file names."""
+        return f'{slug(self.arena)}_{slug(self.name)}'
+
+
+def slug(text: str) -> str:
+    """Return a name as it stands in file names: lower case, digits and underscores."""
+    return re.sub(r'[^a-z0-9]+', '_', text.lower()).strip('_')
+
+
+def campaign_names(folder: Path) -> tuple[str, str]:
+    """Return the condition's and the environment's name of a run that a campaign made.
+
+    Both are empty where no campaign.csv beside the run's folder tells them.
+    """
+    try:
+        with (folder.resolve().parent / 'campaign.csv').open(encoding='utf-8', newline='') as file:
+            for row in csv.DictReader(file):
+                if row.get('run') == folder.resolve().name:
+                    return row.get('condition') or '', row.get('environment') or ''
+    except (OSError, UnicodeDecodeError, csv.Error):
+        pass
+    return '', ''
+
+
+def assign(
+    configurations: Mapping[Member, Configuration], names: Mapping[Member, tuple[str, str]]
+) -> dict[Member, Condition]:
+    """Tell the condition of each run.
+
+    Parameters
+    ----------
+    configurations, names : mapping
+        Of each run: its configuration, and the names of its condition and of its environment that
+        a campaign gave, empty where none did.
+    """
+    arenas = _label(
+        {run: (_values(c, tuple(OPTIONS)), '') for run, c in configurations.items()},
+        lambda run: (
+            'open arena' if configurations[run].environment == 'open' else 'arena with obstacle'
+        ),
+        [lambda run: names[run][1], lambda run: configurations[run].world],
+    )
+    conditions: dict[Member, Condition] = {}
+    for arena in dict.fromkeys(arenas.values()):
+        members = [run for run in configurations if arenas[run] == arena]
+        rest = [name for name in FIELDS if name not in (*OWN, 'world', *OPTIONS)]
+        labels = _label(
+            {run: (_values(configurations[run], rest), names[run][0]) for run in members},
+            lambda run: _readable(names[run][0]) or _algorithm(configurations[run]),
+            [],
+        )
+        conditions |= {run: Condition(labels[run], arena) for run in members}
+    return conditions
+
+
+def order(condition: Condition, configuration: Configuration) -> tuple[Any, ...]:
+    """Return a key to sort by: the open arena first, and the paper's algorithms."""
+    algorithm = configuration.algorithm
+    place = PAPER.index(algorithm) if algorithm in PAPER else len(PAPER)
+    obstacle = configuration.environment != 'open'
+    return obstacle, condition.arena, place, algorithm, condition.name
+
+
+def without_obstacle(configuration: Configuration) -> Configuration:
+    """Return the same condition in the open arena (section 5), seed and end of the run aside."""
+    own: dict[str, Any] = {'seed': 0, 'phases': 1, 'episodes': None, 'ticks': None}
+    return replace(configuration, environment='open', predator_speed=None, **own)
+
+
+def _label(
+    groups: Mapping[Member, tuple[dict[str, Any], str]],
+    base: Callable[[Member], str],
+    given: Sequence[Callable[[Member], str]],
+) -> dict[Member, str]:
+    """Name groups of equal content: by a base, and where several share it, by what differs.
+
+    Parameters
+    ----------
+    groups : mapping
+        Of each member: the fields that tell groups apart, and a name that does too.
+    given : sequence of callable
+        Names, of which the first is used that tells all groups apart; else the differing fields.
+    """
+    labels: dict[Member, str] = {}
+    for name in dict.fromkeys(base(member) for member in groups):
+        members = [member for member in groups if base(member) == name]
+        distinct: list[tuple[dict[str, Any], str]] = []
+        for member in members:
+            if groups[member] not in distinct:
+                distinct.append(groups[member])
+        if len(distinct) == 1:
+            labels |= dict.fromkeys(members, name)
+            continue
+        name_of = next((g for g in given if _tells_apart(g, groups, members)), None)
+        if name_of is not None:
+            labels |= {
+                member: f'{name}, {_readable(name_of(member)).lower()}' for member in members
+            }
+            continue
+        first = distinct[0][0]
+        differing = [f for f in first if any(group[f] != first[f] for group, _ in distinct)]
+        for member in members:
+            values = groups[member][0]
+            labels[member] = ', '.join([name, *(_phrase(f, values[f]) for f in differing)])
+    return labels
+
+
+def _tells_apart(
+    given: Callable[[Member], str],
+    groups: Mapping[Member, tuple[dict[str, Any], str]],
+    members: Sequence[Member],
+) -> bool:
+    """Return whether each group has one name, which no other group has."""
+    return all(
+        given(one) != '' and (given(one) == given(two)) == (groups[one] == groups[two])
+        for one in members
+        for two in members
+    )
+
+
+def _values(configuration: Configuration, names: Sequence[str]) -> dict[str, Any]:
+    return {name: getattr(configuration, name) for name in names}
+
+
+def _algorithm(configuration: Configuration) -> str:
+    """Name an algorithm, and the optimizer where it is not the paper's."""
+    name = _readable(configuration.algorithm)
+    if configuration.optimizer == 'one_plus_one':
+        return name
+    return f'{name}, {configuration.optimizer.replace("_", "-").upper()}'
+
+
+def _phrase(field: str, value: Any) -> str:
+    text = f'{value:g}' if isinstance(value, float) else str(value)
+    return f'{field.replace("_", " ")} {text}'
+
+
+def _readable(name: str) -> str:
+    text = name.replace('_', ' ')
+    return text[:1].upper() + text[1:]
