@@ -22,6 +22,7 @@ from rclpy.exceptions import NameValidationException
 from rclpy.validate_namespace import validate_namespace
 from rclpy.validate_node_name import validate_node_name
 
+from neuro_controller.core.reading import TEXT_LIMIT, read_bytes, reading
 from node_runner.children import Children, executable_path
 
 _SUBSTITUTION = re.compile(
@@ -133,16 +134,16 @@ def read(path: Path, values: dict[str, str]) -> list[Node]:
                 f'{path.name} has no argument {name!r}; it has '
                 f'{", ".join(sorted(known)) or "none"}'
             )
-    return _read_children(root, Scope(path, dict(values)))
+    try:
+        return _read_children(root, Scope(path, dict(values)))
+    except RecursionError:
+        raise ValueError(f'{path} is nested too deeply, or includes itself') from None
 
 
 def _root(path: Path) -> ElementTree.Element:
-    try:
-        root = ElementTree.parse(path).getroot()
-    except OSError as error:
-        raise ValueError(f'{path} cannot be read: {error.strerror}') from None
-    except ElementTree.ParseError as error:
-        raise ValueError(f'{path} is not XML: {error}') from None
+    content = read_bytes(path, TEXT_LIMIT)
+    with reading(path):
+        root = ElementTree.fromstring(content)
     if root.tag != 'launch':
         raise ValueError(f'{path} is not a launch file: its root is <{root.tag}>')
     return root

@@ -183,7 +183,7 @@ def test_who_never_evolved(tiny, tmp_path):
 
 
 def test_no_scheduler(tiny, capsys):
-    assert 'dask is nowhere' in refusal(capsys, tiny, '--dask', 'nowhere')
+    assert "dask is 'nowhere'" in refusal(capsys, tiny, '--dask', 'nowhere')
 
 
 @pytest.mark.parametrize(
