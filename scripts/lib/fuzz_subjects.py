@@ -278,7 +278,7 @@ def _make_bag(path: Path) -> None:
     from rclpy.qos import QoSProfile
     from rclpy.serialization import serialize_message
 
-    from coevo_manager.recording.bag_writer import BagWriter
+    from coevo_manager.recording.bag import BagWriter
 
     with BagWriter(path) as bag:
         bag.add_topic('/arena/state', 'marxbot_msgs/msg/ArenaState', QoSProfile(depth=1))
