@@ -278,3 +278,35 @@ def test_resuming_with_another_configuration_names_the_difference(start, tmp_pat
     run = start(['coevo_manager', 'evolve', '--resume', folder, '--seed', '5'])
     assert run.wait(30) == 2
     assert 'seed: 1, 5' in run.stderr_text
+
+
+def in_folder(folder, command):
+    return ['/usr/bin/env', '-C', folder, 'bash', '-c', command]
+
+
+def test_two_started_at_once_get_a_folder_each(start, tmp_path):
+    options = ' '.join([*TOY, '--phases', '2', '--evaluators', '1'])
+    command = in_folder(tmp_path, f'exec {executable_path("coevo_manager", "evolve")} {options}')
+    both = [start(command) for _ in range(2)]
+    assert [run.wait(120) for run in both] == [0, 0], [run.stderr_text for run in both]
+    folders = [tmp_path / 'runs' / f'standard-1-{number}' for number in (1, 2)]
+    assert sorted((tmp_path / 'runs').iterdir()) == folders
+    assert read_files(folders[0]) == read_files(folders[1])
+
+
+def test_a_run_that_does_not_begin_leaves_no_folder(start, tmp_path):
+    run = start(in_folder(tmp_path, f'exec {executable_path("coevo_manager", "evolve")}'))
+    wait_until(lambda: list(tmp_path.glob('runs/*')), 'the folder of the run', 30)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(20) == 130
+    assert list(tmp_path.glob('runs/*')) == []
+
+
+def test_a_reader_that_goes_away_ends_the_display_alone(start, tmp_path):
+    options = ' '.join([*TOY, '--evaluators', '1', '--out', str(tmp_path / 'm')])
+    evolve_command = f'{executable_path("coevo_manager", "evolve")} {options}'
+    run = start(in_folder(tmp_path, f'{evolve_command} | head -n 1; exit ${{PIPESTATUS[0]}}'))
+    assert run.wait(120) == 0, run.stderr_text
+    assert run.stdout_text.count('\n') == 1
+    assert run.stderr_text == ''
+    assert (tmp_path / 'm' / 'report.md').exists()

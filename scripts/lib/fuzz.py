@@ -2,12 +2,12 @@
 
 import argparse
 import collections
-import hashlib
 import os
 import random
 import resource
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import traceback
@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import fuzz_subjects
 import fuzz_mutations
+import fuzz_subjects
 from fuzz_subjects import Subject
 
 CPU_SECONDS = 20
@@ -138,7 +138,8 @@ def fuzz(
             if outcome.kind == 'fault':
                 tell(f'case {number}, {subject.name}, {done}: {outcome.reason}')
                 if keep:
-                    shutil.copytree(copy, keep / f'{number}', symlinks=True)
+                    keep.mkdir(parents=True, exist_ok=True)
+                    subprocess.run(['cp', '-a', copy, keep / f'{number}'], check=True)
             shutil.rmtree(copy)
     return table
 

@@ -4,7 +4,6 @@ import io
 import os
 import random
 import re
-import shutil
 import warnings
 import zipfile
 from pathlib import Path
@@ -12,11 +11,12 @@ from pathlib import Path
 import numpy as np
 
 WORDS = (
-    '-1', '0', '1e-05', '1e400', 'NaN', '.inf', '010', '0x10', '1_000', '1:30', '9' * 5000, '1.5', 'true', 'no',
-    'null', '~', '""', "'", '"', '[]', '{}', '[', ']', '{', '}', ':', ',', '*a', '&a', '!!int', '!!python/object:x',
-    '#', '- ', '? ', '<<', '%', '\t', '\r\n', '\x00', '\x07', '\u2028', '\u00e9', '\U0001f400', '<', '>', '&x;', '</launch>',
-    '$(var x)', '$(env HOME)', '/', '../..', 'x' * 300, '[' * 50, '{a: ' * 50,
-)  # fmt: skip
+    *('-1', '0', '1e-05', '1e400', 'NaN', '.inf', '010', '0x10', '1_000', '1:30', '9' * 5000),
+    *('1.5', 'true', 'no', 'null', '~', '""', "'", '"', '[]', '{}', '[', ']', '{', '}', ':', ','),
+    *('*a', '&a', '!!int', '!!python/object:x', '#', '- ', '? ', '<<', '%', '\t', '\r\n', '\x00'),
+    *('\x07', '\u2028', '\u00e9', '\U0001f400', '<', '>', '&x;', '</launch>', '$(var x)'),
+    *('$(env HOME)', '/', '../..', 'x' * 300, '[' * 50, '{a: ' * 50),
+)
 
 
 def mutate(path: Path, rng: random.Random) -> str:
@@ -254,9 +254,12 @@ def _arrays(change):
             arrays = dict(file)
         name = rng.choice(sorted(arrays))
         members = change(arrays, name, rng)
+        compressions = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')
-            with zipfile.ZipFile(path, 'w', rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))) as file:
+            with zipfile.ZipFile(
+                path, 'w', rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))
+            ) as file:
                 for member, content in members:
                     file.writestr(f'{member}.npy', content)
 
@@ -353,11 +356,3 @@ ARRAYS = tuple(
         ),
     )
 )
-
-
-def remove(path: Path) -> None:
-    """Remove a file, link or folder."""
-    if path.is_dir() and not path.is_symlink():
-        shutil.rmtree(path)
-    else:
-        path.unlink(missing_ok=True)

@@ -1,7 +1,7 @@
 """What is damaged: every kind of file that a command reads, and the command that reads it.
 
-A command runs until it would begin to work: its readers are the real ones, its exit code and its error
-are what a user gets.
+A command runs until it would begin to work: its readers are the real ones, its exit code and its
+error are what a user gets.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from coevo_manager.core.evolution import Evolution, load_configuration
 from coevo_manager.core.evolution.sessions import read_sessions
 from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.recording import replay
-from coevo_manager.runs import campaign, evolve, manager
+from coevo_manager.runs import campaign, evolve, jobs, manager
 from neuro_controller.core.champions import SHIPPED
 from node_runner.start import start_ros
 
@@ -101,26 +101,16 @@ def _evolve(*options):
 
 
 def _campaign(folder, tell):
-    read = campaign_jobs(tell)
+    read_campaign = jobs.read_campaign
+
+    def read(path):
+        found = read_campaign(path)
+        tell(repr([job.configuration for job in found.jobs]))
+        return found
+
+    jobs.read_campaign = read
     _until(campaign, 'own_cluster')
-    import coevo_manager.runs.jobs as jobs
-
-    jobs.read_campaign = read(jobs.read_campaign)
     return campaign.main([str(folder / 'campaign.yaml')])
-
-
-def campaign_jobs(tell):
-    """Tell what jobs a campaign file makes."""
-
-    def around(read_campaign):
-        def read(path):
-            found = read_campaign(path)
-            tell(repr([job.configuration for job in found.jobs]))
-            return found
-
-        return read
-
-    return around
 
 
 def _analyze(folder, tell):
@@ -200,13 +190,14 @@ def make(place: Path, only: list[str]) -> list[Subject]:
     run = place / 'runs'
     logs = frozenset({'generations.csv', 'phases.csv'})
     sealed = frozenset(path.name for path in (run / 'run' / 'snapshots').iterdir())
-    stored = next(Path(place, 'store', 'cache').rglob('*.npz'))
+    stored = str(next((place / 'store').rglob('*.npz')).relative_to(place / 'store'))
+    texts = place / 'texts'
     subjects = [
-        Subject('evolve --config YAML', place / 'texts', 'c.yaml', _evolve('--config', '{}/c.yaml')),
-        Subject('evolve --config JSON', place / 'texts', 'c.json', _evolve('--config', '{}/c.json')),
-        Subject('evolve --config run.json', run, 'run/run.json', _evolve('--config', '{}/run/run.json')),
-        Subject('campaign file', place / 'texts', 'campaign.yaml', _campaign),
-        Subject('goal of the manager', place / 'texts', 'goal.yaml', _goal),
+        Subject('evolve --config YAML', texts, 'c.yaml', _evolve('--config', '{}/c.yaml')),
+        Subject('evolve --config JSON', texts, 'c.json', _evolve('--config', '{}/c.json')),
+        Subject('its run.json', run, 'run/run.json', _evolve('--config', '{}/run/run.json')),
+        Subject('campaign file', texts, 'campaign.yaml', _campaign),
+        Subject('goal of the manager', texts, 'goal.yaml', _goal),
         Subject('run.json', run, 'run/run.json', _analyze),
         Subject('generations.csv', run, 'run/generations.csv', _analyze, logs),
         Subject('phases.csv', run, 'run/phases.csv', _analyze, logs),
@@ -215,13 +206,13 @@ def make(place: Path, only: list[str]) -> list[Subject]:
         Subject('checkpoints, resumed', run, 'run/checkpoint', _evolve('--resume', '{}/run')),
         Subject('sessions.json', run, 'run/sessions.json', _sessions),
         Subject('genome of a run', run, 'run/snapshots', _export('run')),
-        Subject('genome file', place / 'texts', 'genome.npz', _export('genome.npz')),
-        Subject('stored results', place / 'store', str(stored.relative_to(place / 'store')), _store),
+        Subject('genome file', texts, 'genome.npz', _export('genome.npz')),
+        Subject('stored results', place / 'store', stored, _store),
         Subject('bag: metadata.yaml', place / 'bags', 'bag/metadata.yaml', _replay),
         Subject('bag: messages', place / 'bags', 'bag/bag.mcap', _replay, frozenset({'bag.mcap'})),
-        Subject('launch file', place / 'texts', 'demo.launch.xml', _launch),
-        Subject('parameter file', place / 'texts', 'controller.yaml', _parameters),
-    ]  # fmt: skip
+        Subject('launch file', texts, 'demo.launch.xml', _launch),
+        Subject('parameter file', texts, 'controller.yaml', _parameters),
+    ]
     return [s for s in subjects if not only or any(word in s.name for word in only)]
 
 
@@ -244,7 +235,9 @@ def _make_files(place: Path) -> None:
     )
     (texts / 'demo.launch.xml').write_text(LAUNCH)
     shutil.copy(SHIPPED / 'open.npz', texts / 'genome.npz')
-    export.main([str(texts / 'genome.npz'), '--species', 'prey', '--yaml', str(texts / 'controller.yaml')])
+    export.main(
+        [str(texts / 'genome.npz'), '--species', 'prey', '--yaml', str(texts / 'controller.yaml')]
+    )
     rng = np.random.default_rng(1)
     store = Store(place / 'store' / 'cache', 'fuzz')
     store.save(

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
+from rclpy.logging import LoggingSeverity, get_logger_level, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
@@ -32,8 +33,12 @@ def complain(command_line: Sequence[str], error: object) -> None:
 
 @contextlib.contextmanager
 def _refusing(command_line: Sequence[str]) -> Iterator[None]:
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say the same in lines of its own
     try:
         yield
     except (_rclpy.RCLError, _rclpy.UnknownROSArgsError) as error:
         complain(command_line, ' '.join(str(error).split(', at ')[0].split()))
         sys.exit(2)
+    finally:
+        if get_logger_level('rcl') == LoggingSeverity.FATAL:
+            set_logger_level('rcl', LoggingSeverity.UNSET)
