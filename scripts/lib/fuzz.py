@@ -21,8 +21,10 @@ from fuzz_subjects import Subject
 
 CPU_SECONDS = 20
 WALL_SECONDS = 120
-MEMORY = 2**30
+MEMORY = 2**29
 """What one case may need, the last beside what the program itself takes, bytes."""
+
+_ADDRESSES = 2**32
 
 LONGEST = 700
 """Characters of a sentence."""
@@ -55,7 +57,7 @@ def run(subject: Subject, folder: Path, expected: str | None, changed: str = '')
         child = os.fork()
         if not child:
             _in_child(subject, folder, Path(scratch))
-        _, status = os.waitpid(child, 0)
+        _, status, used = os.wait4(child, 0)
         errors = Path(scratch, 'stderr').read_text(errors='replace')
         seen = Path(scratch, 'seen')
         given = seen.read_text() if seen.exists() else ''
@@ -65,6 +67,8 @@ def run(subject: Subject, folder: Path, expected: str | None, changed: str = '')
     code = os.WEXITSTATUS(status)
     if code not in (0, 2):
         return Outcome('fault', f'exit code {code}: {lines[-1] if lines else ""}')
+    if used.ru_maxrss * 1024 > _pages(1) + MEMORY:
+        return Outcome('fault', f'it took {used.ru_maxrss / 1024:.0f} MB of memory')
     if code == 2:
         if len(lines) != 1:
             return Outcome('fault', f'{len(lines)} lines of error: {" | ".join(lines)[:300]}')
@@ -80,14 +84,18 @@ def run(subject: Subject, folder: Path, expected: str | None, changed: str = '')
     return Outcome('otherwise')
 
 
+def _pages(column: int) -> int:
+    """Return the memory of this process, bytes: its addresses (0) or what is resident (1)."""
+    return int(Path('/proc/self/statm').read_text().split()[column]) * resource.getpagesize()
+
+
 def _in_child(subject: Subject, folder: Path, scratch: Path) -> None:
     """Run the command and end the process."""
     code = 70
     try:
         for number, name in ((1, 'stdout'), (2, 'stderr')):
             os.dup2(os.open(scratch / name, os.O_WRONLY | os.O_CREAT), number)
-        pages = int(Path('/proc/self/statm').read_text().split()[0])
-        limit = pages * resource.getpagesize() + MEMORY
+        limit = _pages(0) + _ADDRESSES
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
         resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
         signal.alarm(WALL_SECONDS)

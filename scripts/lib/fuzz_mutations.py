@@ -257,9 +257,7 @@ def _arrays(change):
         compressions = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
         with warnings.catch_warnings():
             warnings.simplefilter('ignore')
-            with zipfile.ZipFile(
-                path, 'w', rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED))
-            ) as file:
+            with zipfile.ZipFile(path, 'w', rng.choice(compressions)) as file:
                 for member, content in members:
                     file.writestr(f'{member}.npy', content)
 

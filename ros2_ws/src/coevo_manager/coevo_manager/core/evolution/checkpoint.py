@@ -28,6 +28,10 @@ _COUNTERS = ('phase', 'generation', 'episodes', 'ticks')
 _ALGORITHM = 'algorithm_'
 
 
+class OtherRunError(ReadingError):
+    """A checkpoint that is sound belongs to a run of another configuration."""
+
+
 def save(
     folder: Path,
     configuration: Configuration,
@@ -108,7 +112,7 @@ def load(path: Path, configuration: Configuration, algorithm: Algorithm) -> tupl
         if str(arrays.pop('sha256')) != _digest(arrays):
             raise ValueError('its checksum does not match')
         if str(arrays['configuration']) != _identity(configuration):
-            raise ReadingError(f'{path} belongs to a run of another configuration')
+            raise OtherRunError(f'{path} belongs to a run of another configuration')
         algorithm.restore(
             {
                 name.removeprefix(_ALGORITHM): array
@@ -186,11 +190,13 @@ def check_content(folder: Path, configuration: Configuration, algorithm: Algorit
     Raises
     ------
     ReadingError
-        One of them is not what the run wrote.
+        One of them is not what the run wrote, or the checkpoint is of another run.
     """
     for path in newest_first(folder / 'checkpoint'):
         try:
             _, seal = load(path, configuration, algorithm)
+        except OtherRunError:
+            raise
         except ReadingError:
             continue
         seal.check(folder)
