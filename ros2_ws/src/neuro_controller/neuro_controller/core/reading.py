@@ -111,7 +111,7 @@ def read_arrays(
     needed : sequence of str
         Arrays that it must have.
     limit : int
-        Bytes that each may have.
+        Bytes that each may have; one that is compressed, at most `ARRAYS_LIMIT`.
 
     Raises
     ------
@@ -130,7 +130,9 @@ def read_arrays(
 
 
 def _read_array(archive: zipfile.ZipFile, info: zipfile.ZipInfo, limit: int) -> np.ndarray:
-    if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+    if info.compress_type == zipfile.ZIP_DEFLATED:
+        limit = min(limit, ARRAYS_LIMIT)  # a small file must not become a large array
+    elif info.compress_type != zipfile.ZIP_STORED:
         raise ValueError(f'{info.filename} is compressed in a way that NumPy does not use')
     with archive.open(info) as member:
         version = np.lib.format.read_magic(member)
