@@ -1,9 +1,7 @@
 """Launch files: what they name exists, and they start the system; errors are told."""
 
 import signal
-import sys
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import pytest
 import yaml
@@ -21,8 +19,6 @@ PARAMETERS = {
     interface.command.split()[1]: {parameter.name for parameter in interface.parameters}
     for interface in (SIMULATOR, CONTROLLER, GENOME_SERVER)
 }
-
-sys.path.insert(0, str(ROOT / 'scripts' / 'lib'))
 
 
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
@@ -227,24 +223,3 @@ def test_the_arguments_of_a_file_can_be_shown(start):
     process = start([*RUNNER, 'coevo_manager', 'demo.launch.xml', '--show-args'])
     assert process.wait(40) == 0
     assert "real_time_factor: simulated over real time (default '1.0')" in process.stdout_text
-
-
-def test_layouts_name_topics_that_exist():
-    import json
-
-    share = SOURCES / 'marxbot_sim'
-    topics = set()
-    rviz = yaml.safe_load((share / 'rviz' / 'arena.rviz').read_text())
-    for display in rviz['Visualization Manager']['Displays']:
-        topics |= {display[k]['Value'] for k in ('Topic', 'Description Topic') if k in display}
-    layout = json.loads((share / 'foxglove' / 'arena.json').read_text())
-    panels = layout['configById']
-    for panel in panels.values():
-        topics |= {path['value'].split('.')[0] for path in panel.get('paths', ())}
-        topics |= set(panel.get('topics', ())) | set(filter(None, [panel.get('topicPath')]))
-    robots = ('camera', 'cmd_vel', 'neurons', 'ground_truth', 'robot_description')
-    known = {f'/{robot}/{name}' for robot in ('predator', 'prey') for name in robots}
-    assert topics <= known | {'/arena/markers', '/arena/state'}
-    assert Path(share / 'urdf' / 'marxbot.urdf').exists()
-    placed = json.dumps(layout['layout'])
-    assert all(f'"{panel}"' in placed for panel in panels)

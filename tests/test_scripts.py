@@ -119,6 +119,15 @@ def test_ros2_says_in_one_sentence_what_is_wrong(arguments, named):
     assert named in result.stderr
 
 
+def test_ros2_names_a_middleware_that_is_not_installed():
+    result = run('scripts/ros2', 'pkg', 'list', RMW_IMPLEMENTATION='rmw_of_mine')
+    assert result.returncode == 2
+    assert result.stderr == (
+        "ros2: RMW_IMPLEMENTATION is 'rmw_of_mine', which is not installed; there is "
+        'rmw_fastrtps_cpp\n'
+    )
+
+
 def test_ros2_becomes_the_executable(tmp_path):
     """The same process, so that signals reach it and its exit code is the command's."""
     prefix = tmp_path / 'echoes'
@@ -148,6 +157,28 @@ def test_ros2_hands_over_to_an_installed_one(tmp_path):
     path = f'{ROOT}/scripts:{tmp_path}:{os.environ["PATH"]}'
     result = run('scripts/ros2', 'topic', 'list', PATH=path)
     assert (result.returncode, result.stdout) == (7, 'installed: topic list\n')
+
+
+def test_ros2_hands_over_on_a_path_with_a_space_but_not_to_another_clone(tmp_path):
+    clone, other = tmp_path / 'another clone' / 'scripts', tmp_path / 'with a space'
+    for folder in (clone / 'lib', other):
+        folder.mkdir(parents=True)
+    shutil.copy(ROOT / 'scripts' / 'lib' / 'ros2.py', clone / 'lib')
+    for script, says in ((clone / 'ros2', 'clone'), (other / 'ros2', 'installed')):
+        script.write_text(f'#!/bin/sh\necho {says}\n')
+        script.chmod(0o755)
+    path = f'{clone}:{ROOT}/scripts:{{}}{os.environ["PATH"]}'
+    assert (
+        run('scripts/ros2', 'pkg', 'list', PATH=path.format(f'{other}:')).stdout == 'installed\n'
+    )
+    assert 'marxbot_sim' in run('scripts/ros2', 'pkg', 'list', PATH=path.format('')).stdout
+
+
+@pytest.mark.parametrize('name', ['PYTHONPATH', 'LD_LIBRARY_PATH', 'CMAKE_PREFIX_PATH'])
+def test_an_empty_path_never_stands_for_the_current_folder(name):
+    enter = f'source scripts/lib/common.sh; enter_workspace; echo ":${{{name}:-none}}:"'
+    result = run('bash', '-c', enter, **{name: ''})
+    assert '::' not in result.stdout
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from ament_index_python import (
     get_resources,
 )
 from ros2_bag import bag
-from ros2_launch import launch
 
 
 def executables(package: str) -> dict[str, Path]:
@@ -83,11 +82,18 @@ def _print_executables(package: str) -> None:
         print(package, name)
 
 
+def launch(arguments: list[str]) -> int:
+    """Start what a launch file names."""
+    import ros2_launch  # here, since a middleware that is not installed lets rclpy end the process
+
+    return ros2_launch.launch(arguments)
+
+
 def graph(command: str) -> Callable[[list[str]], int]:
     """Return a command that asks running nodes."""
 
     def ask(arguments: list[str]) -> int:
-        import ros2_graph  # here, since it loads all of rclpy
+        import ros2_graph  # here, as above
 
         return ros2_graph.ask(command, arguments)
 

@@ -24,7 +24,7 @@ PATIENCE = 10.0
 """How long a node, a topic's publisher or an answer may take to come, s."""
 
 LOOK = 1.0
-"""How long lists wait for the nodes there are to be discovered, s."""
+"""How long nothing new may be discovered before a list is held to be complete, s."""
 
 
 class Graph:
@@ -40,8 +40,16 @@ class Graph:
 
     def look(self) -> None:
         """Discover what there is."""
-        end = time.monotonic() + LOOK
-        self.wait(lambda: time.monotonic() > end, 'the end of discovery')
+        seen, quiet_since = -1, time.monotonic()
+
+        def complete() -> bool:
+            nonlocal seen, quiet_since
+            there = len(self.node.get_node_names()) + len(self.node.get_topic_names_and_types())
+            if there != seen:
+                seen, quiet_since = there, time.monotonic()
+            return time.monotonic() - quiet_since > LOOK
+
+        self.wait(complete, 'the end of discovery')
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Return the answer of a service."""
@@ -105,12 +113,16 @@ def fill(message: Any, values: Any) -> Any:
         if name not in fields:
             raise ValueError(f'there is no field {name!r}, expected one of {", ".join(fields)}')
         old = getattr(message, name)
+        if isinstance(old, float) and type(value) is int:
+            value = float(value)
         try:
             if hasattr(old, 'get_fields_and_field_types'):
                 fill(old, value)
-            else:
-                setattr(message, name, float(value) if isinstance(old, float) else value)
-        except (AssertionError, TypeError):
+                continue
+            if isinstance(old, bool | int | float | str) and type(value) is not type(old):
+                raise TypeError
+            setattr(message, name, value)
+        except (AssertionError, TypeError, OverflowError):
             raise ValueError(f'{name} is {value!r}, expected {fields[name]}') from None
     return message
 
@@ -156,7 +168,8 @@ def topic_hz(graph: Graph, options: argparse.Namespace) -> int:
     times: deque[float] = deque(maxlen=options.window)
     graph.listen(options.topic, None, lambda _: times.append(time.monotonic()))
     while True:
-        graph.look()
+        end = time.monotonic() + 1
+        graph.wait(lambda end=end: time.monotonic() > end, 'the end of a second')
         gaps = [after - before for before, after in zip(times, list(times)[1:], strict=False)]
         if gaps:
             print(f'average rate: {1 / statistics.fmean(gaps):.3f}')

@@ -33,6 +33,9 @@ from neuro_controller.sensors import READINGS, Sensors
 from neuro_controller.transitions import make_transitions_safe
 from node_runner import Complaints, Concerns, run_node
 
+LAST_WORD = 0.5
+"""How long a node that ends waits for its robot to have heard the stop, s."""
+
 MOST_RESTARTS = 5
 """So many sets of readings in a row that each begin an episode are a fault of their stamps."""
 
@@ -204,8 +207,10 @@ class ControllerNode(LifecycleNode):
             self._stop(f'a callback failed with {reason}')
 
     def destroy_node(self):
-        """Stop the robot before the process ends."""
-        self._halt()
+        """Stop the robot before the process ends, and see that the robot has heard it."""
+        if self._active:
+            self._halt()
+            self._command_publisher.wait_for_all_acked(Duration(seconds=LAST_WORD))
         super().destroy_node()
 
     def _halt(self):
@@ -306,7 +311,7 @@ class ControllerNode(LifecycleNode):
         """Stop the robot and say why; on the timer again and again."""
         first = not self._trouble
         self._trouble = f'{reason} (last refused: {self._refused})' if self._refused else reason
-        self._complaints.warn(f'robot stopped: {self._trouble}')
+        self._complaints.warn(f'robot stopped, {self._trouble}')
         if first or not self._on_sensors:
             self._pilot.stop()
             self._publish_command(self.get_clock().now().to_msg())
@@ -328,17 +333,17 @@ class ControllerNode(LifecycleNode):
     def _report(self):
         """Tell on /diagnostics how the controller is."""
         level, text = DiagnosticStatus.OK, 'active' if self._active else 'not active'
-        if self._concerns.sentences:
-            level, text = DiagnosticStatus.WARN, '; '.join([text, *self._concerns.sentences])
         if self._active and self._trouble:
             level, text = DiagnosticStatus.ERROR, f'robot stopped: {self._trouble}'
+        elif self._concerns.sentences:
+            level = DiagnosticStatus.WARN
         report = DiagnosticArray()
         report.header.stamp = self.get_clock().now().to_msg()
         report.status = [
             DiagnosticStatus(
                 level=level,
                 name=f'{self.get_fully_qualified_name().lstrip("/")}: network',
-                message=text,
+                message='; '.join([text, *self._concerns.sentences]),
                 hardware_id=self.get_namespace().strip('/'),
                 values=[
                     KeyValue(key='commands sent', value=str(self._steps)),

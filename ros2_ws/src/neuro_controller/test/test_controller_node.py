@@ -216,7 +216,7 @@ def test_a_silent_sensor_stops_the_robot_and_is_named(robot, client):
     messages = robot.messages(readings_of(np.random.default_rng(0)))
     del messages['camera']
     before = len(robot.process.stderr_text)
-    wait_for = 'robot stopped: no camera'
+    wait_for = 'robot stopped, no camera'
 
     def stopped():
         robot.send(messages)
