@@ -72,3 +72,28 @@ def test_help_states_everything_and_starts_nothing(start, interface):
     ):
         assert entry.line() in process.stdout_text
     assert process.stderr_text == ''
+
+
+def test_the_running_simulator_is_as_defined(starter, client):
+    starter(['marxbot_sim', 'simulator'])
+    node, name = client.node, 'simulator'
+
+    def there(names_and_types):
+        common = ('/rosout', '/parameter_events', '/simulator/')
+        found = {(n, tuple(t)) for n, t in names_and_types(name, '/')}
+        return {(n, t) for n, t in found if not n.startswith(common)}
+
+    def defined(topics):
+        return {(f'/{topic.name.lstrip("/")}', (type_name(topic.type),)) for topic in topics}
+
+    for entries, names_and_types in (
+        (SIMULATOR.publishes, node.get_publisher_names_and_types_by_node),
+        (SIMULATOR.subscribes, node.get_subscriber_names_and_types_by_node),
+    ):
+        client.until(lambda: ('simulator', '/') in node.get_node_names_and_namespaces(), 'it')
+        client.until(
+            lambda e=entries, n=names_and_types: there(n) == defined(e), 'what is defined'
+        )
+    services = dict(node.get_service_names_and_types_by_node(name, '/'))
+    for service in SIMULATOR.services:
+        assert services[service.name.replace('~', '/simulator')] == [type_name(service.type)]
