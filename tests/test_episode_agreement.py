@@ -2,14 +2,28 @@
 
 import numpy as np
 import pytest
-from reference import Model, arc, decide, gap, play, sense, slide, wheel_commands
+from reference import Model, decide, gap, play, press, sense, wheel_commands
 from reference.controller import inputs, spent_energy, split, tiredness
 from reference.samples import compared, envelope, outside
 
+from coevo_manager.core.configuration import load_configuration
 from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pairs, trace_pair
+from coevo_manager.core.episodes.numbering import episode_numbers
+from coevo_manager.core.worlds import WORLDS
+from marxbot_sim.core.disturbance import PerturbedRobots
+from marxbot_sim.core.world import World
 
+PLAIN = {
+    'motor_map': 'printed',
+    'wall_contact': 'slide',
+    'infrared_response': 'linear',
+    'ground_coding': 'raw',
+}
+UNDO = {'wall_contact': 'undo', 'ground_coding': 'raw'}
 CONDITIONS = [
-    (obstacle, motor_map) for obstacle in (False, True) for motor_map in ('printed', 'signed')
+    pytest.param({**fields, 'obstacle': obstacle}, id=f'{name}-{arena}')
+    for name, fields in (('faithful', {}), ('plain', PLAIN), ('undo', UNDO))
+    for arena, obstacle in (('open', False), ('obstacle', True))
 ]
 START = np.array([(-0.5, 0, 0), (0.5, 0, np.pi)])
 
@@ -48,63 +62,102 @@ def windows(spent):
     return np.lib.stride_tricks.sliding_window_view(padded, 200, axis=0)
 
 
-@pytest.mark.parametrize(('obstacle', 'motor_map'), CONDITIONS)
-def test_every_tick_of_a_trajectory(obstacle, motor_map):
-    """The reference, set to the kernel's state before each tick, does what the kernel did."""
-    model = Model(obstacle, motor_map)
-    environment = Environment(obstacle=obstacle, motor_map=motor_map)
-    contacts = 0
-    pairs = [*zip(*genomes(6, 1), strict=True), *zip(*evolved(environment), strict=True)]
-    for pair in pairs:
-        trace = trace_pair(*pair, environment)
-        ticks = trace.ticks
-        poses, before = trace.poses.astype(float), trace.poses[:-1].astype(float)
-        wheels = trace.wheels.astype(float)
-        assert trace.poses.shape == (ticks + 1, 2, 3)
-        assert poses[0] == pytest.approx(START, abs=1e-6)
+def replayed(trace, pair, environment):
+    """What robots would sense without noise, and how they roll, while they do what they did.
 
-        displacement, turn = arc(before[..., 2], wheels)
-        low, high = envelope(
-            lambda xy: np.concatenate(
-                [part.reshape(ticks, 2, -1) for part in slide(xy, displacement, 0.5, obstacle)],  # noqa: B023
-                axis=-1,
-            ),
-            before[..., :2],
+    Both arrays are as in the trace: (ticks, 2, 37) and (ticks, 2, 2). In a world without noise
+    they are its readings and wheels.
+    """
+    opponents = episode_numbers(np.array(pair[::-1]))
+    robots = PerturbedRobots(environment.perturbations, environment.max_wheel_speeds)
+    world = World(environment.arena)
+    world.reset(robots.starts(opponents))
+    robots.begin(opponents)
+    readings, rolling = [], []
+    for noisy, wheels in zip(trace.readings, trace.wheels, strict=True):
+        readings.append(world.readings)
+        assert (robots.sense(readings[-1]) == noisy).all()
+        rolling.append(robots.drive(wheels)[1])
+        world.step(rolling[-1])
+    return np.array(readings), np.array(rolling)
+
+
+def compare_every_tick(pair, environment, model):
+    """Set the reference to the kernel's state before each tick; return how often walls were felt.
+
+    It must do what the kernel did, noise and starts given.
+    """
+    trace = trace_pair(*pair, environment)
+    ticks = trace.ticks
+    poses, before = trace.poses.astype(float), trace.poses[:-1].astype(float)
+    wheels = trace.wheels.astype(float)
+    readings, rolling = replayed(trace, pair, environment)
+    assert trace.poses.shape == (ticks + 1, 2, 3)
+
+    def moved(poses):
+        after, contact = press(
+            poses, rolling.astype(float), 0.5, model.obstacle, model.wall_contact
         )
-        assert outside(poses[1:, :, :2], low[..., :2], high[..., :2]).max() < 1e-6
-        change = poses[1:, :, 2] - before[..., 2] - turn
-        assert np.abs(np.angle(np.exp(1j * change))).max() < 1e-6
-        contact = trace.readings[..., 36]
-        assert (contact[0] == 0).all()
-        assert outside(contact[1:], low[:-1, :, 2], high[:-1, :, 2]).max() == 0
+        x, y, heading = np.moveaxis(after, -1, 0)
+        return np.stack([x, y, np.cos(heading), np.sin(heading), contact], axis=-1)
 
-        low, high = envelope(lambda poses: compared(sense(poses, contact, obstacle)), before)  # noqa: B023
-        assert outside(compared(trace.readings), low, high).max() < 1e-6
+    low, high = envelope(moved, before)
+    x, y, heading = np.moveaxis(poses[1:], -1, 0)
+    ours = np.stack([x, y, np.cos(heading), np.sin(heading)], axis=-1)
+    assert outside(ours, low[..., :4], high[..., :4]).max() < 1e-6
+    contact = readings[..., 36]
+    assert (contact[0] == 0).all()
+    assert outside(contact[1:], low[:-1, :, 4], high[:-1, :, 4]).max() == 0
 
-        clock = np.repeat(np.arange(ticks)[:, None] / 1000, 2, axis=1)
-        tired = tiredness(windows(spent_energy(wheels, model.max_speed)))
-        sensors = inputs(compared(trace.readings), clock, tired)
-        assert np.abs(trace.inputs - sensors).max() < 5e-6
+    low, high = envelope(lambda poses: compared(sense(poses, contact, model.obstacle)), before)
+    assert outside(compared(readings), low, high).max() < 1e-6
 
-        hidden_before = np.concatenate([np.zeros((1, 2, 10)), trace.hidden[:-1]])
-        genes = {name: values[None] for name, values in split(np.stack(pair)).items()}
-        hidden, outputs = decide(genes, trace.inputs.astype(float), hidden_before.astype(float))
-        assert np.abs(trace.hidden - hidden).max() < 5e-6
-        assert np.abs(trace.outputs - outputs).max() < 1e-5
+    clock = np.repeat(np.arange(ticks)[:, None] / 1000, 2, axis=1)
+    tired = tiredness(windows(spent_energy(wheels, model.max_speed)))
+    coding = model.infrared_response, model.ground_coding
+    sensors = inputs(compared(trace.readings), clock, tired, *coding)
+    assert np.abs(trace.inputs - sensors).max() < 5e-6
 
-        expected = wheel_commands(trace.outputs.astype(float), tired, model.max_speed, motor_map)
-        assert np.abs(wheels - expected).max() < 3 * 2.0**-16
+    hidden_before = np.concatenate([np.zeros((1, 2, 10)), trace.hidden[:-1]])
+    genes = {name: values[None] for name, values in split(np.stack(pair)).items()}
+    hidden, outputs = decide(genes, trace.inputs.astype(float), hidden_before.astype(float))
+    assert np.abs(trace.hidden - hidden).max() < 5e-6
+    assert np.abs(trace.outputs - outputs).max() < 1e-5
 
-        apart = gap(before[..., :2], poses[1:, :, :2])
-        assert (apart[:-1] > -1e-6).all()
-        assert apart[-1] < 1e-6 if trace.captured else apart[-1] > -1e-6
-        assert trace.captured or ticks == 1000
-        contacts += contact.sum()
+    outputs = trace.outputs.astype(float)
+    expected = wheel_commands(outputs, tired, model.max_speed, model.motor_map)
+    assert np.abs(wheels - expected).max() < 3 * 2.0**-16
+
+    apart = gap(before[..., :2], poses[1:, :, :2])
+    assert (apart[:-1] > -1e-6).all()
+    assert apart[-1] < 1e-6 if trace.captured else apart[-1] > -1e-6
+    assert trace.captured or ticks == 1000
+    return contact.sum()
+
+
+@pytest.mark.parametrize('fields', CONDITIONS)
+def test_every_tick_of_a_trajectory(fields):
+    environment = Environment(**fields)
+    pairs = [*zip(*genomes(6, 1), strict=True), *zip(*evolved(environment), strict=True)]
+    contacts = sum(compare_every_tick(pair, environment, Model(**fields)) for pair in pairs)
     assert contacts >= 10
 
 
-@pytest.mark.parametrize(('obstacle', 'motor_map'), CONDITIONS)
-def test_outcomes_of_whole_episodes(obstacle, motor_map):
+@pytest.mark.parametrize('arena', ['open', 'obstacle'])
+@pytest.mark.parametrize('world', WORLDS)
+def test_every_tick_in_every_world(world, arena):
+    configuration = load_configuration({'world': world, 'environment': arena})
+    environment = configuration.make_environment()
+    noisy = environment.perturbations.camera_noise > 0
+    assert noisy == (world == 'robust')
+    contacts = 0
+    for pair in zip(*genomes(8, 5), strict=True):
+        contacts += compare_every_tick(pair, environment, Model(arena == 'obstacle'))
+    assert contacts >= 10
+
+
+@pytest.mark.parametrize('fields', CONDITIONS)
+def test_outcomes_of_whole_episodes(fields):
     """Capture ticks are equal, but where a displacement of 1e-6 m changes the reference's own.
 
     Recurrent networks can be chaotic; such pairs must be few.
@@ -117,12 +170,12 @@ def test_outcomes_of_whole_episodes(obstacle, motor_map):
     )
     every = np.tile(np.arange(n), tries + 1)
     ticks, complexity = play(
-        predators[every], prey[every], Model(obstacle, motor_map), starts.reshape(-1, 2, 3)
+        predators[every], prey[every], Model(**fields), starts.reshape(-1, 2, 3)
     )
     ticks, complexity = ticks.reshape(-1, n), complexity.reshape(-1, n, 2)
     sensitive = (ticks != ticks[0]).any(axis=0)
 
-    environment = Environment(obstacle=obstacle, motor_map=motor_map)
+    environment = Environment(**fields)
     pairs = np.arange(n)
     ours, our_complexity = measure_pairs(predators, prey, pairs, pairs, environment)
 

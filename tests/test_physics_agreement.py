@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from reference import arc, gap, sense, slide
+from reference import gap, press, sense
 from reference.samples import compared, envelope, outside, scattered
 
 from marxbot_sim.core.parameters import INFRARED_RANGE, Arena
@@ -29,14 +29,17 @@ def test_sensors(obstacle):
     assert (seen[..., 24:32] > 0).mean() > 0.1
 
 
-@pytest.mark.parametrize('friction', [0.0, 0.5, 3.0])
+@pytest.mark.parametrize(
+    ('wall_contact', 'friction'),
+    [('rigid', 0.5), ('rigid', 3.0), ('slide', 0.0), ('slide', 0.5), ('undo', 0.5)],
+)
 @pytest.mark.parametrize('obstacle', [False, True])
-def test_motion_and_capture(obstacle, friction):
+def test_motion_and_capture(obstacle, wall_contact, friction):
     rng = np.random.default_rng(6)
     poses = scattered(rng, N, obstacle)
     wheels = rng.uniform(-10, 10, (N, 2, 2)).astype(np.float32)
     wheels[::2] = 10 * np.sign(wheels[::2, :, :1])
-    world = World(Arena(obstacle=obstacle, wall_friction=friction))
+    world = World(Arena(3.0, obstacle, friction, wall_contact))
     bodies, captured = np.empty((N, 2, 5)), np.empty(N, bool)
     for k in range(N):
         world.reset(poses[k])
@@ -44,12 +47,9 @@ def test_motion_and_capture(obstacle, friction):
         bodies[k] = world.bodies
 
     def moved(poses):
-        displacement, turn = arc(poses[..., 2], wheels.astype(float))
-        end, contact = slide(poses[..., :2], displacement, friction, obstacle)
-        heading = poses[..., 2] + turn
-        return np.stack(
-            [end[..., 0], end[..., 1], np.cos(heading), np.sin(heading), contact], axis=-1
-        )
+        after, contact = press(poses, wheels.astype(float), friction, obstacle, wall_contact)
+        x, y, heading = np.moveaxis(after, -1, 0)
+        return np.stack([x, y, np.cos(heading), np.sin(heading), contact], axis=-1)
 
     low, high = envelope(moved, poses)
     error = outside(bodies, low, high)

@@ -7,7 +7,7 @@ function works on a batch: ``n`` independent pairs, robot 0 = predator, 1 = prey
 
 from reference.controller import decide, wheel_commands
 from reference.episode import Model, State, behave, play
-from reference.motion import arc, gap, slide
+from reference.motion import arc, gap, press
 from reference.sensing import sense
 
 __all__ = [
@@ -18,7 +18,7 @@ __all__ = [
     'decide',
     'gap',
     'play',
+    'press',
     'sense',
-    'slide',
     'wheel_commands',
 ]

@@ -28,18 +28,23 @@ def logistic(x):
     return 1 / (1 + np.exp(-x))
 
 
-def inputs(readings, clock, fatigue):
+def inputs(readings, clock, fatigue, infrared_response, ground_coding):
     """The 25 sensory neurons, all in [0, 1], from the 37 readings."""
     activation = np.maximum(1 - readings[..., :24] / 0.1, 0)
+    if infrared_response == 'squared':
+        activation = activation**2
     groups = activation.reshape(*activation.shape[:-1], 8, 3).mean(axis=-1)
     camera, ground, contact = readings[..., 24:32], readings[..., 32:36], readings[..., 36:]
+    mean = ground.mean(axis=-1, keepdims=True)
+    if ground_coding == 'relative':
+        ground = np.clip(0.5 + 10 * (ground - mean), 0, 1)
     return np.concatenate(
         [
             groups,
             camera,
             camera.mean(axis=-1, keepdims=True),
             ground,
-            ground.mean(axis=-1, keepdims=True),
+            mean,
             contact,
             clock[..., None],
             fatigue[..., None],

@@ -13,7 +13,7 @@ from reference.controller import (
     tiredness,
     wheel_commands,
 )
-from reference.motion import arc, gap, slide
+from reference.motion import gap, press
 from reference.sensing import sense
 
 START = np.array([(-0.5, 0, 0), (0.5, 0, np.pi)])
@@ -24,7 +24,10 @@ class Model:
     """The conditions of an episode."""
 
     obstacle: bool = False
-    motor_map: str = 'printed'
+    motor_map: str = 'signed'
+    wall_contact: str = 'rigid'
+    infrared_response: str = 'squared'
+    ground_coding: str = 'relative'
     ticks: int = 1000
     friction: float = 0.5
 
@@ -82,18 +85,16 @@ def behave(state, genes, model):
     readings = sense(state.poses, state.contact, model.obstacle)
     tired = tiredness(state.spent)
     clock = np.repeat(state.passed[:, None] / model.ticks, 2, axis=1)
-    sensors = inputs(readings, clock, tired)
+    sensors = inputs(readings, clock, tired, model.infrared_response, model.ground_coding)
     hidden, outputs = decide(genes, sensors, state.hidden)
     wheels = wheel_commands(outputs, tired, model.max_speed, model.motor_map)
 
-    start = state.poses[..., :2]
-    displacement, turn = arc(state.poses[..., 2], wheels)
-    end, contact = slide(start, displacement, model.friction, model.obstacle)
+    poses, contact = press(state.poses, wheels, model.friction, model.obstacle, model.wall_contact)
     spent = np.concatenate(
         [state.spent[..., 1:], spent_energy(wheels, model.max_speed)[..., None]], axis=-1
     )
     after = State(
-        np.concatenate([end, (state.poses[..., 2] + turn)[..., None]], axis=-1),
+        poses,
         contact.astype(float),
         hidden,
         spent,
@@ -106,7 +107,7 @@ def behave(state, genes, model):
         'outputs': outputs,
         'wheels': wheels,
     }
-    return after, gap(start, end), record
+    return after, gap(state.poses[..., :2], poses[..., :2]), record
 
 
 def play(predators, prey, model, poses=START):

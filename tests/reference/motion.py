@@ -1,13 +1,15 @@
-"""How the robots move, slide and meet."""
+"""How the robots move, press against things and meet."""
 
 import numpy as np
 
-from reference.sensing import BODY_RADIUS, OBSTACLE_RADIUS
+from reference.sensing import BODY_RADIUS, OBSTACLE_RADIUS, wrapped
 
 CONTACT_DEPTH = 1e-5
 
 WHEEL_RADIUS = 0.027
 WHEEL_SEPARATION = 0.1265
+HALF_SEPARATION = WHEEL_SEPARATION / 2
+MAX_TURN = 0.5
 TICK = 0.1
 
 
@@ -41,45 +43,78 @@ def arc(heading, wheels):
     return np.stack([x, y], axis=-1), turn
 
 
-def slide(start, displacement, friction, obstacle, size=3.0):
-    """Stop at walls and obstacle, slide along them against Coulomb friction.
+def press(poses, wheels, friction, obstacle, wall_contact, size=3.0):
+    """One tick of motion against walls and obstacle.
 
     Walls first: each axis is stopped at its own wall, and what remains of it is shortened by
     ``friction`` times what the other wall stopped. Then the obstacle pushes out along its radius
-    and shortens the tangential part of the displacement likewise.
+    and shortens the tangential part of the displacement likewise. A rigid contact turns the robot
+    toward the normal by R / b^2 times what friction took; see ``docs/physics.md``.
 
     Parameters
     ----------
-    start, displacement : array (..., 2)
-        m.
+    poses : array (..., 3)
+        m, m, rad.
+    wheels : array (..., 2)
+        rad/s.
     friction : float
     obstacle : bool
+    wall_contact : str
+        'rigid', 'slide' or 'undo'.
     size : float
         Side of the arena, m.
 
     Returns
     -------
-    end : array (..., 2)
-        m.
+    poses : array (..., 3)
     contact : bool array (...)
     """
-    limit = size / 2 - BODY_RADIUS
+    start, limit = poses[..., :2], size / 2 - BODY_RADIUS
+    displacement, turn = arc(poses[..., 2], wheels)
+    backward = np.where(wheels.sum(axis=-1) < 0, np.pi, 0)
     wanted = start + displacement
     allowed = np.clip(wanted, -limit, limit)
     stopped = np.abs(wanted - allowed)
-    end = start + shortened(allowed - start, friction * stopped[..., ::-1])
+    reach = allowed - start
+    left = shortened(reach, friction * stopped[..., ::-1])
+    end, heading = start + left, poses[..., 2] + turn
+    held = stopped.max(axis=-1) > 0
     contact = stopped.max(axis=-1) > CONTACT_DEPTH
+    if wall_contact == 'rigid':
+        taken = np.abs(reach - left)
+        normals = np.where(end[..., 0] < 0, np.pi, 0), np.sign(end[..., 1]) * np.pi / 2
+        turns = [
+            facing(normal - heading - backward, taken[..., 1 - axis])
+            for axis, normal in enumerate(normals)
+        ]
+        heading = heading + np.where(held, turns[0] + turns[1], 0)
     if obstacle:
         distance = np.hypot(end[..., 0], end[..., 1])[..., None]
         depth = BODY_RADIUS + OBSTACLE_RADIUS - distance
-        normal = end / distance
-        tangent = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
-        along = ((end - start) * tangent).sum(axis=-1, keepdims=True)
-        lost = along - shortened(along, friction * depth)
-        inside = depth > 0
-        end = np.where(inside, end + depth * normal - lost * tangent, end)
+        outward = end / distance
+        tangent = np.stack([-outward[..., 1], outward[..., 0]], axis=-1)
+        surface = end + depth * outward
+        along = ((surface - start) * tangent).sum(axis=-1, keepdims=True)
+        taken = along - shortened(along, friction * depth)
+        inside = depth[..., 0] > 0
+        if wall_contact == 'rigid':
+            normal = np.arctan2(-outward[..., 1], -outward[..., 0])
+            turn = facing(normal - heading - backward, np.abs(taken[..., 0]))
+            heading = heading + np.where(inside, turn, 0)
+        end = np.where(inside[..., None], surface - taken * tangent, end)
+        held = held | inside
         contact = contact | (depth[..., 0] > CONTACT_DEPTH)
-    return end, contact
+    after = np.concatenate([end, heading[..., None]], axis=-1)
+    if wall_contact == 'undo':
+        after = np.where(held[..., None], poses, after)
+    return after, contact
+
+
+def facing(away, taken):
+    """Turn toward a normal that lies at an angle ``away``, rad, where friction took so much, m."""
+    away = wrapped(away)
+    turn = np.minimum(np.minimum(BODY_RADIUS / HALF_SEPARATION**2 * taken, MAX_TURN), np.abs(away))
+    return np.sign(away) * turn
 
 
 def shortened(length, by):
