@@ -104,7 +104,10 @@ def compare_every_tick(pair, environment, model):
     low, high = envelope(moved, before)
     x, y, heading = np.moveaxis(poses[1:], -1, 0)
     ours = np.stack([x, y, np.cos(heading), np.sin(heading)], axis=-1)
-    assert outside(ours, low[..., :4], high[..., :4]).max() < 1e-6
+    error = outside(ours, low[..., :4], high[..., :4])
+    assert error[..., :2].max() < 1e-6
+    # a turn is 21 rad for each metre that friction took, which float32 knows to 1e-7 m
+    assert error[..., 2:].max() < (5e-6 if model.wall_contact == 'rigid' else 1e-6)
     contact = readings[..., 36]
     assert (contact[0] == 0).all()
     assert outside(contact[1:], low[:-1, :, 4], high[:-1, :, 4]).max() == 0

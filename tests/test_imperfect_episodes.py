@@ -40,6 +40,12 @@ ENVIRONMENTS = {
         physics='pymunk', perturbations=IMPERFECT, obstacle=True, episode_ticks=150
     ),
 }
+PLAIN = {
+    'motor_map': 'printed',
+    'wall_contact': 'slide',
+    'infrared_response': 'linear',
+    'ground_coding': 'raw',
+}
 N = 10
 FIRST, SECOND = np.indices((N, N)).reshape(2, -1)
 
@@ -110,8 +116,10 @@ def test_perfect_robots_play_as_if_perturbations_did_not_exist():
     predators, prey = populations(24, seed=0)
     i, j = np.indices((24, 24)).reshape(2, -1)
     for environment, known in (
-        (Environment(), '62e87ed1918c86f0'),
-        (Environment(obstacle=True, motor_map='signed'), 'bede98952a99327e'),
+        (Environment(**PLAIN), '62e87ed1918c86f0'),
+        (Environment(), '234a385fc6226957'),
+        (Environment(obstacle=True), '734680c4349eec32'),
+        (Environment(obstacle=True, wall_contact='undo'), '7482d328ec7f3d8e'),
     ):
         seeded = dataclasses.replace(environment, perturbations=Perturbations(seed=7))
         ticks, complexity = measure_pairs(predators, prey, i, j, seeded)

@@ -17,9 +17,15 @@ from neuro_controller.core.genome import random_genomes
 
 CONDITIONS = [
     Environment(),
-    Environment(obstacle=True),
-    Environment(motor_map='signed', wall_friction=0.0),
-    Environment(obstacle=True, motor_map='signed', prey_speed=7.5, episode_ticks=300),
+    Environment(obstacle=True, motor_map='printed'),
+    Environment(wall_contact='slide', wall_friction=0.0, infrared_response='linear'),
+    Environment(
+        obstacle=True,
+        wall_contact='undo',
+        ground_coding='raw',
+        prey_speed=7.5,
+        episode_ticks=300,
+    ),
 ]
 
 

@@ -14,7 +14,7 @@ from neuro_controller.core.genome import random_genomes
 
 ENVIRONMENTS = {
     'open': Environment(episode_ticks=200),
-    'obstacle': Environment(obstacle=True, motor_map='signed', episode_ticks=200),
+    'obstacle': Environment(obstacle=True, motor_map='printed', episode_ticks=200),
     'perturbed': Environment(
         episode_ticks=200,
         perturbations=Perturbations(infrared_noise=0.01, start_displacement=0.1, latency_ticks=1),

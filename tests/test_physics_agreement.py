@@ -53,7 +53,9 @@ def test_motion_and_capture(obstacle, wall_contact, friction):
 
     low, high = envelope(moved, poses)
     error = outside(bodies, low, high)
-    assert error.max() < 1e-6
+    assert error[..., [0, 1, 4]].max() < 1e-6
+    # a turn is 21 rad for each metre that friction took, which float32 knows to 1e-7 m
+    assert error[..., 2:4].max() < (5e-6 if wall_contact == 'rigid' else 1e-6)
     assert ((high - low)[..., 4] > 0).mean() < 1e-3
     assert 0.05 < bodies[..., 4].mean() < 0.9
 

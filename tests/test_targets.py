@@ -1,5 +1,6 @@
 """The same bits on every processor, and from plain Python."""
 
+import dataclasses
 import os
 import subprocess
 import sys
@@ -14,8 +15,10 @@ from neuro_controller.core.genome import random_genomes
 SOURCES = Path(__file__).parents[1] / 'ros2_ws' / 'src'
 PACKAGES = ('simd_lanes', 'marxbot_sim', 'neuro_controller', 'coevo_manager')
 ENVIRONMENTS = [
-    Environment(obstacle=True, motor_map='signed'),
-    Environment(wall_friction=0.0, motor_map='signed'),
+    Environment(),
+    Environment(obstacle=True),
+    Environment(obstacle=True, wall_contact='undo', infrared_response='linear'),
+    Environment(wall_friction=0.0, ground_coding='raw', motor_map='printed'),
 ]
 TARGETS = {
     'AVX2 with FMA': {'NUMBA_CPU_NAME': 'haswell', 'NUMBA_CPU_FEATURES': '+avx2,+fma'},
@@ -34,9 +37,7 @@ def episodes(count, ticks):
     )
     results = []
     for each in ENVIRONMENTS:
-        environment = Environment(
-            each.obstacle, each.motor_map, wall_friction=each.wall_friction, episode_ticks=ticks
-        )
+        environment = dataclasses.replace(each, episode_ticks=ticks)
         results += measure_pairs(predators, prey, pairs, pairs, environment)
     return b''.join(part.tobytes() for part in results)
 
@@ -82,5 +83,5 @@ def elsewhere(tmp_path_factory):
 def test_results_are_equal_bit_for_bit(elsewhere, target):
     count, ticks, result, code = elsewhere[target]
     assert code == 0
-    assert len(result) == 2 * count * 12
+    assert len(result) == len(ENVIRONMENTS) * count * 12
     assert result == episodes(count, ticks)

@@ -22,9 +22,10 @@ from ros_processes import ROOT, wait_until
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import LaserScan
 
-from coevo_manager.core.environment import Environment
+from coevo_manager.core.environment import Environment, make_environment
 from coevo_manager.core.episodes import measure_pairs
 from coevo_manager.core.episodes.trace import trace_pair
+from coevo_manager.core.worlds import WORLDS
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.message_types import make_typestore
 from coevo_manager.recording.player import EpisodePlayer
@@ -35,10 +36,17 @@ from neuro_controller.core.snapshot import read_snapshot
 RADIUS = np.float32(0.085)
 
 CONDITIONS = {
-    'open printed': Environment(),
-    'open signed': Environment(motor_map='signed', wall_friction=0.0, episode_ticks=300),
-    'obstacle printed': Environment(obstacle=True),
-    'obstacle signed': Environment(obstacle=True, motor_map='signed', episode_ticks=150),
+    **{world: make_environment(values) for world, values in WORLDS.items()},
+    'plain': Environment(
+        motor_map='printed',
+        wall_contact='slide',
+        infrared_response='linear',
+        ground_coding='raw',
+        wall_friction=0.0,
+        episode_ticks=300,
+    ),
+    'obstacle': Environment(obstacle=True),
+    'obstacle undo': Environment(obstacle=True, wall_contact='undo', episode_ticks=150),
     'pymunk': Environment(physics='pymunk', obstacle=True, episode_ticks=150),
 }
 PAIRS = 4
