@@ -6,7 +6,7 @@ from reference import Model, decide, gap, play, press, sense, wheel_commands
 from reference.controller import inputs, spent_energy, split, tiredness
 from reference.samples import compared, envelope, outside
 
-from coevo_manager.core.configuration import load_configuration
+from coevo_manager.core.environment import make_environment
 from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pairs, trace_pair
 from coevo_manager.core.episodes.numbering import episode_numbers
 from coevo_manager.core.worlds import WORLDS
@@ -149,8 +149,7 @@ def test_every_tick_of_a_trajectory(fields):
 @pytest.mark.parametrize('arena', ['open', 'obstacle'])
 @pytest.mark.parametrize('world', WORLDS)
 def test_every_tick_in_every_world(world, arena):
-    configuration = load_configuration({'world': world, 'environment': arena})
-    environment = configuration.make_environment()
+    environment = make_environment({**WORLDS[world], 'environment': arena})
     noisy = environment.perturbations.camera_noise > 0
     assert noisy == (world == 'robust')
     contacts = 0

@@ -22,6 +22,7 @@ from marxbot_sim.core.physics import PHYSICS, make_world
 
 COLOURS = {'kinematic': '#000000', 'pymunk': '#e69f00'}
 FULL = 10.0
+FACING = 5.0  # degrees
 AWAY = (-1.2, -1.2, 0.0)
 
 
@@ -66,15 +67,51 @@ def free_motion():
         print(f'| {change:g} | {values[0]:.1f} | {values[1]:.1f} | {values[2]:.1f} |')
 
 
+def press(physics, degrees, seconds=4.0):
+    """Return how a robot turns and slides that drives into a wall, from the hit on.
+
+    It drives at full speed, that many degrees off the wall's normal.
+
+    Returns
+    -------
+    headings, slides : arrays
+        Off the normal, degrees, and along the wall, m, after each tick.
+    """
+    start = ((1.5 - BODY_RADIUS - 0.02, 0.0, math.radians(degrees)), AWAY)
+    wheels = np.repeat([[[FULL, FULL], [0, 0]]], round(seconds / TICK), axis=0)
+    poses, contacts, _ = drive(physics, Arena(), start, wheels)
+    hit = np.argmax(contacts[:, 0] > 0)
+    after = poses[hit:, 0]
+    return np.degrees(after[:, 2]), after[:, 1] - after[0, 1]
+
+
+def facing():
+    """Print how long a robot that drives into a wall takes to face it, within 5 degrees."""
+    print('| off the normal | seconds, kernel | pymunk | slide in mm, kernel | pymunk |')
+    print('|--:|--:|--:|--:|--:|')
+    for degrees in range(10, 90, 10):
+        times, slides = [], []
+        for physics in PHYSICS:
+            headings, slid = press(physics, degrees)
+            faces = np.argmax(np.abs(headings) < FACING)
+            times.append(faces * TICK)
+            slides.append(1000 * slid[faces])
+        print(
+            f'| {degrees}° | {times[0]:.1f} | {times[1]:.1f} | {slides[0]:.0f} | {slides[1]:.0f} |'
+        )
+
+
 def draw(path):
     """Draw where the two physics differ."""
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 5.6), layout='constrained')
-        axes = figure.subplots(2, 2)
+        figure = Figure(figsize=(7.0, 8.4), layout='constrained')
+        axes = figure.subplots(3, 2)
         _draw_start(axes[0, 0])
         _draw_free(axes[0, 1])
         _draw_wall(axes[1, 0])
         _draw_obstacle(axes[1, 1])
+        _draw_headings(axes[2, 0])
+        _draw_times(axes[2, 1])
         handles = [mpl.lines.Line2D([], [], color=colour) for colour in COLOURS.values()]
         figure.legend(handles, COLOURS, loc='outside lower center', ncols=2)
         figure.savefig(path, dpi=150)
@@ -113,6 +150,24 @@ def _draw_wall(axes):
         axes.text(-1.24, start[0][1] - offset, f'{angle}°', ha='right', va='center', fontsize=7)
     axes.set(xlabel='x, m', yticks=[], xlim=(-1.4, -0.5))
     axes.set_title('into a wall at an angle, 2.2 s (bold: heading)', loc='left')
+
+
+def _draw_headings(axes):
+    for degrees in (20, 40, 60, 80):
+        for physics, colour in COLOURS.items():
+            headings, _ = press(physics, degrees, 2.5)
+            axes.plot(np.arange(len(headings)) * TICK, headings, color=colour)
+    axes.set(xlabel='time from the hit on, s', ylabel='off the normal, degrees', xlim=(0, 1.8))
+    axes.set_title('a robot that presses turns to face the wall', loc='left')
+
+
+def _draw_times(axes):
+    angles = np.arange(5, 90, 5)
+    for physics, colour in COLOURS.items():
+        times = [TICK * np.argmax(np.abs(press(physics, a)[0]) < FACING) for a in angles]
+        axes.plot(angles, times, color=colour, marker='.')
+    axes.set(xlabel='off the normal at the hit, degrees', ylabel='time, s')
+    axes.set_title(f'time until it faces the wall within {FACING:g}°', loc='left')
 
 
 def _draw_obstacle(axes):
@@ -160,6 +215,7 @@ def main():
     speed = FULL * WHEEL_RADIUS
     print(f'full speed {speed:.2f} m/s')
     free_motion()
+    facing()
     contact()
     if options.figure:
         draw(options.figure)

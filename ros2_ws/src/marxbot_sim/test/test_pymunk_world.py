@@ -6,11 +6,19 @@ import numpy as np
 import pytest
 
 from marxbot_sim.core.layout import CONTACT, READING_ROWS
-from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, WHEEL_RADIUS, Arena
+from marxbot_sim.core.parameters import (
+    BODY_RADIUS,
+    OBSTACLE_RADIUS,
+    TICK,
+    WALL_CONTACTS,
+    WHEEL_RADIUS,
+    Arena,
+)
 from marxbot_sim.core.physics import make_world
 from marxbot_sim.core.pymunk_world import (
     CONTACT_THRESHOLD,
     MASS,
+    RESTITUTION,
     WHEEL_FRICTION,
     PymunkArenas,
     PymunkWorld,
@@ -136,23 +144,88 @@ def test_no_place_holds_a_robot_for_good():
         assert (world.bodies[:, CONTACT] == 0).all()
 
 
-@pytest.mark.parametrize('friction', [0.0, 0.5, 1.0])
-def test_a_robot_that_only_drives_forward_turns_away_from_a_wall(friction):
-    """With the printed motor map a robot cannot back up: one wheel turns, the other stands."""
-    for heading in (0.0, 0.3, 1.2):
-        world = PymunkWorld(Arena(wall_friction=friction))
-        world.reset([(1.3, 0.0, heading), (-0.5, 0.0, 0.0)])
+def pressing(physics, degrees, ticks=40, **arena):
+    """Headings off the wall's normal, degrees, of a robot that drives into it, from the hit on."""
+    world = make_world(physics, Arena(**arena))
+    world.reset([(1.5 - BODY_RADIUS - 0.02, 0.0, math.radians(degrees)), (-0.5, 0.0, 0.0)])
+    headings = []
+    while len(headings) < ticks:
+        world.step([(FULL, FULL), (0, 0)])
+        if headings or world.bodies[0, CONTACT]:
+            headings.append(math.degrees(world.poses[0, 2]))
+    return np.array(headings)
+
+
+@pytest.mark.parametrize('degrees', [-70, -40, 10, 40, 80])
+def test_rim_friction_turns_a_robot_to_face_the_wall_in_both_physics(degrees):
+    faced = {}
+    for physics in ('kinematic', 'pymunk'):
+        headings = pressing(physics, degrees)
+        assert abs(headings[-1]) < 0.5
+        assert (np.sign(degrees) * headings > -3).all(), 'it does not swing past the normal'
+        faced[physics] = np.argmax(np.abs(headings) < 5) * TICK
+    # docs/physics.md shows both: the kernel is the faster one
+    assert 0.1 < faced['pymunk'] - faced['kinematic'] + 0.15 < 0.6
+    assert np.abs(pressing('pymunk', degrees, wall_friction=0.0) - degrees).max() < 0.1
+
+
+@pytest.mark.parametrize('physics', ['kinematic', 'pymunk'])
+def test_a_rigid_wall_holds_a_robot_that_only_drives_forward(physics):
+    """One wheel turns, the other stands; turning on the spot frees it, or a wall without grip."""
+    for friction, wheels, free in (
+        (0.5, (0, FULL), False),
+        (0.5, (-FULL, FULL), True),
+        (0.0, (0, FULL), True),
+    ):
+        world = make_world(physics, Arena(wall_friction=friction))
+        world.reset([(1.3, 0.0, 0.1), (-0.5, 0.0, 0.0)])
         for _ in range(30):
             world.step([(FULL, FULL), (0, 0)])
         assert world.bodies[0, CONTACT] == 1
+        turned_away = False
         for _ in range(100):
-            world.step([(0, FULL), (0, 0)])
-            if math.cos(world.poses[0, 2]) < -0.5:
-                break
-        assert math.cos(world.poses[0, 2]) < -0.5
-        for _ in range(5):
+            world.step([wheels, (0, 0)])
+            turned_away |= math.cos(world.poses[0, 2]) < -0.5
+        assert turned_away == free
+
+
+def test_a_robot_rebounds_from_rigid_walls_alone():
+    speeds = {}
+    for wall_contact in WALL_CONTACTS:
+        world = PymunkWorld(Arena(wall_contact=wall_contact))
+        world.reset([(1.38, 0.0, 0.0), (-0.5, 0.0, 0.0)])
+        body = world._arenas._robots[0]
+        body.velocity = FULL * WHEEL_RADIUS, 0.0
+        lowest = 0.0
+        step = world._arenas._space.step
+
+        def watch(duration, step=step, body=body):
+            nonlocal lowest
+            step(duration)
+            lowest = min(lowest, body.velocity.x)
+
+        world._arenas._space.step = watch
+        for _ in range(3):
             world.step([(FULL, FULL), (0, 0)])
-        assert world.bodies[0, CONTACT] == 0
+        speeds[wall_contact] = -lowest / (FULL * WHEEL_RADIUS)
+    assert speeds['rigid'] == pytest.approx(RESTITUTION, rel=0.15)
+    assert speeds['slide'] == speeds['undo'] == pytest.approx(0, abs=0.01)
+
+
+@pytest.mark.parametrize('obstacle', [False, True])
+def test_undo_puts_a_robot_back_where_it_was(obstacle):
+    world = PymunkWorld(Arena(obstacle=obstacle, wall_contact='undo'))
+    start = (-0.2, 0.01, 0.1) if obstacle else (1.35, 0.0, 0.5)
+    world.reset([start, (-0.5, -1.0, 0.0)])
+    places, felt = [world.poses[0]], []
+    for _ in range(20):
+        world.step([(FULL, FULL), (0, 0)])
+        places.append(world.poses[0])
+        felt.append(world.bodies[0, CONTACT])
+    assert felt[0] == 0 and felt[-1] == 1
+    first = felt.index(1)
+    assert (np.diff(places, axis=0)[first:] == 0).all()
+    assert np.hypot(*(places[-1] - places[0])[:2]) > 0.02
 
 
 def test_acceleration_is_limited_by_traction():

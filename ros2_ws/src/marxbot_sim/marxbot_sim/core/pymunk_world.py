@@ -1,9 +1,9 @@
 """The arena under rigid-body physics: Chipmunk 2D through pymunk, a witness of `motion`.
 
-A MarxBot is a rigid disc on two wheels. In each sub-step they push and turn the body toward
-rolling without slip, as hard as their friction on the floor allows; Chipmunk does the rest:
-collisions, friction at walls, obstacle and the other robot. What the robots sense is computed by
-the same kernel as under kinematic physics.
+A MarxBot is a rigid disc on two wheels that turn as they are told. In each sub-step each tyre
+pushes its part of the body toward rolling without slip, as hard as its friction on the floor
+allows, in whatever direction; Chipmunk does the rest: collisions, friction at walls, obstacle and
+the other robot. What the robots sense is computed by the same kernel as under kinematic physics.
 """
 
 import math
@@ -32,10 +32,13 @@ INERTIA = 0.5 * MASS * BODY_RADIUS**2
 """Moment of inertia about the vertical axis, kg m^2: that of a uniform disc (assumed)."""
 
 WHEEL_FRICTION = 0.7
-"""Coulomb coefficient of the wheels on the floor (assumed: rubber on a hard floor). They push with
-at most 0.7 * 1.8 kg * 9.81 m/s^2 = 12.4 N in any direction (ARGoS: 15 N), and turn the body with
-at most that times half their distance, 0.78 N m; as in ARGoS, pushing leaves the grip for
-turning."""
+"""Coulomb coefficient of the wheels on the floor (assumed: rubber on a hard floor). Each tyre
+bears half of the weight and pushes with at most 0.7 * 0.9 kg * 9.81 m/s^2 = 6.2 N in any
+direction."""
+
+RESTITUTION = 0.4
+"""Share of the speed of approach that bodies and what they hit keep, as in FARSA, where
+`wall_contact` is 'rigid'; 0 otherwise."""
 
 BODY_FRICTION = 0.7
 """Friction factor of the bodies (as in ARGoS). Chipmunk multiplies the factors of what touches:
@@ -53,8 +56,7 @@ SLOP = 0.0002
 
 _STEP = TICK / SUBSTEPS
 _GRAVITY = 9.81
-_GRIP = WHEEL_FRICTION * MASS * _GRAVITY
-_TURNING_GRIP = 0.5 * WHEEL_SEPARATION * _GRIP
+_TYRE_GRIP = 0.5 * WHEEL_FRICTION * MASS * _GRAVITY * _STEP  # of an impulse in a sub-step, N s
 _TOUCH_SQUARED = (2 * BODY_RADIUS) ** 2
 _OVERLAP_KEPT = 0.7**SUBSTEPS  # of an overlap, after a tick
 _WALL_THICKNESS = 0.2
@@ -71,12 +73,21 @@ _FORCE = batch.BodyFields.FORCE | batch.BodyFields.TORQUE
 
 
 @compile_kernel
+def _grip(ahead, aside):
+    """Return as much of an impulse on a tyre, N s, as the floor gives: its traction circle."""
+    size = math.hypot(ahead, aside)
+    share = _TYRE_GRIP / size if size > _TYRE_GRIP else 1.0
+    return share * ahead, share * aside
+
+
+@compile_kernel
 def _drive(state, wheels, contacts, forces):
     """Set the force and torque of the wheels on each body during the coming sub-step.
 
     They are what rolling without slip takes, against the contacts of the last sub-step too, as far
-    as the floor gives. Chipmunk moves a body with its old velocity and then changes the velocity;
-    the new one is therefore aimed along the heading in the middle of the sub-step after this one.
+    as the floor gives it to each tyre. Chipmunk moves a body with its old velocity and then
+    changes the velocity; the new one is therefore aimed along the heading in the middle of the
+    sub-step after this one.
     """
     for body in range(len(state)):
         turning = state[body, 5]
@@ -90,11 +101,16 @@ def _drive(state, wheels, contacts, forces):
 
         push_x = MASS * (speed * math.cos(heading) - state[body, 3]) - contacts[body, 0]
         push_y = MASS * (speed * math.sin(heading) - state[body, 4]) - contacts[body, 1]
-        size = math.hypot(push_x, push_y)
-        share = _GRIP * _STEP / size if size > _GRIP * _STEP else 1.0
-        forces[body, 0], forces[body, 1] = share * push_x / _STEP, share * push_y / _STEP
         twist = INERTIA * (wanted_turning - turning) - contacts[body, 2]
-        forces[body, 2] = min(max(twist / _STEP, -_TURNING_GRIP), _TURNING_GRIP)
+        cosine, sine = math.cos(heading), math.sin(heading)
+        ahead = 0.5 * (push_x * cosine + push_y * sine)
+        aside = 0.5 * (push_y * cosine - push_x * sine)
+        left_ahead, left_aside = _grip(ahead - twist / WHEEL_SEPARATION, aside)
+        right_ahead, right_aside = _grip(ahead + twist / WHEEL_SEPARATION, aside)
+        ahead, aside = left_ahead + right_ahead, left_aside + right_aside
+        forces[body, 0] = (ahead * cosine - aside * sine) / _STEP
+        forces[body, 1] = (ahead * sine + aside * cosine) / _STEP
+        forces[body, 2] = 0.5 * WHEEL_SEPARATION * (right_ahead - left_ahead) / _STEP
 
 
 @compile_kernel
@@ -168,6 +184,7 @@ class PymunkArenas:
     def __init__(self, arena, count, pushing=False):
         self.arena = arena
         self.count = count
+        self._limit = 0.5 * arena.size - BODY_RADIUS
         blocks = -(-count // HALF)
         self.bodies = aligned_rows(blocks * BODY_ROWS).reshape(blocks, BODY_ROWS, LANES)
         self.wheels = aligned_rows(blocks * WHEEL_ROWS).reshape(blocks, WHEEL_ROWS, LANES)
@@ -176,6 +193,8 @@ class PymunkArenas:
         self._space.collision_slop = SLOP
         self._space.collision_persistence = 1  # an episode inherits no contact from the last one
         self._space.collision_bias = _OVERLAP_KEPT ** (1 / TICK)
+        # Chipmunk multiplies the elasticities of what touches.
+        self._elasticity = math.sqrt(RESTITUTION) if arena.wall_contact == 'rigid' else 0.0
         self._add_fixtures()
         mask = _FIXTURES | (_ROBOTS if pushing else 0)
         self._robots = [self._add_robot(mask) for _ in range(2 * count)]
@@ -205,6 +224,7 @@ class PymunkArenas:
             shapes.append(pymunk.Circle(space.static_body, OBSTACLE_RADIUS))
         for shape in shapes:
             shape.friction = self.arena.wall_friction / BODY_FRICTION
+            shape.elasticity = self._elasticity
             shape.filter = pymunk.ShapeFilter(categories=_FIXTURES)
             space.add(shape)
 
@@ -212,6 +232,7 @@ class PymunkArenas:
         body = pymunk.Body(MASS, INERTIA)
         shape = pymunk.Circle(body, BODY_RADIUS)
         shape.friction = BODY_FRICTION
+        shape.elasticity = self._elasticity
         shape.filter = pymunk.ShapeFilter(categories=_ROBOTS, mask=mask)
         self._space.add(body, shape)
         return body
@@ -227,14 +248,28 @@ class PymunkArenas:
         """
         block, pair = divmod(index, HALF)
         for robot, (x, y, heading) in enumerate(poses):
-            body = self._robots[2 * index + robot]
-            body.update_position(body, 0.0)  # drops the correction of an overlap still to come
-            body.position, body.angle = (float(x), float(y)), float(heading)
-            body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+            self._put(2 * index + robot, x, y, heading)
             self._impulses[2 * index + robot] = 0.0
             self._contacts[2 * index + robot] = 0.0
             lane = pair + HALF * robot
             self.bodies[block, :, lane] = x, y, math.cos(heading), math.sin(heading), 0.0
+
+    def _put(self, robot, x, y, heading):
+        """Put one robot somewhere, at rest."""
+        body = self._robots[robot]
+        body.update_position(body, 0.0)  # drops the correction of an overlap still to come
+        body.position, body.angle = (float(x), float(y)), float(heading)
+        body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+
+    def _undo(self, start):
+        """Put the robots that overlap a wall or the obstacle back where they were."""
+        places = self._state[:, :2]
+        inside = np.abs(places).max(axis=1) > self._limit
+        if self.arena.obstacle:
+            inside |= np.hypot(*places.T) < OBSTACLE_RADIUS + BODY_RADIUS
+        for robot in np.flatnonzero(inside):
+            self._put(robot, *start[robot, :3])
+        self._read()
 
     def step(self):
         """Move all robots by one tick.
@@ -247,6 +282,7 @@ class PymunkArenas:
         captured = np.zeros(self.count, np.bool_)
         self._impulses[:] = 0.0
         self._read()
+        start = self._state.copy()
         for _ in range(SUBSTEPS):
             _drive(self._state, self.wheels, self._contacts, self._forces)
             batch.set_space_bodies(self._space, _FORCE, self._force_buffer)
@@ -256,8 +292,9 @@ class PymunkArenas:
             _account(
                 self._before, self._state, self._forces, self._contacts, self._impulses, captured
             )
-        limit = 0.5 * self.arena.size - BODY_RADIUS
-        _report(self._state, self._impulses, limit, self.arena.obstacle, self.bodies)
+        if self.arena.wall_contact == 'undo':
+            self._undo(start)
+        _report(self._state, self._impulses, self._limit, self.arena.obstacle, self.bodies)
         return captured
 
     def _read(self):
