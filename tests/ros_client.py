@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import rclpy
+from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
-from node_runner import make_executor, settle, wait_until
+from node_runner import ask, make_executor, new_number, wait_until
 
 TIMEOUT = 40.0
 """How long anything may take, s; the first time, a process compiles its kernels."""
@@ -38,11 +40,6 @@ class RosClient:
         except TimeoutError as error:
             raise AssertionError(str(error)) from None
 
-    def until_ready(self, ready: Callable[[], object], what: str) -> None:
-        """Spin until a server is there and knows this client."""
-        self.until(ready, what)
-        settle(self.executor)
-
     def publisher(self, message_type: type, topic: str, qos: QoSProfile | int = 10):
         """Return a publisher that somebody listens to."""
         publisher = self.node.create_publisher(message_type, topic, qos)
@@ -60,12 +57,61 @@ class RosClient:
         """Call a service, with a request or the fields of one, and return its response."""
         if name not in self._clients:
             self._clients[name] = self.node.create_client(service_type, name)
-            self.until_ready(self._clients[name].service_is_ready, f'the service {name}')
         client = self._clients[name]
         self.until(client.service_is_ready, f'the service {name}')
-        future: Future = client.call_async(request or service_type.Request(**fields))
-        self.until(future.done, f'an answer of {name}')
-        return future.result()
+        wanted = request or service_type.Request(**fields)
+        if hasattr(wanted, 'number'):
+            wanted.number = new_number()
+        return self.answer(lambda: client.call_async(wanted), f'an answer of {name}')
+
+    def answer(self, send: Callable[[], Future], what: str) -> Any:
+        """Send a request until it is answered, and return the answer."""
+        try:
+            return ask(self.executor, send, TIMEOUT, what)
+        except TimeoutError as error:
+            raise AssertionError(str(error)) from None
+
+
+class GoalClient(ActionClient):
+    """A client of an action whose goals are sent until they are answered.
+
+    Parameters
+    ----------
+    client : RosClient
+    action_type : type
+    name : str
+    """
+
+    def __init__(self, client: RosClient, action_type: Any, name: str) -> None:
+        super().__init__(client.node, action_type, name)
+        self._client = client
+        client.until(self.server_is_ready, f'the action {name}')
+
+    def send(self, goal: Any, on_feedback: Callable | None = None) -> ClientGoalHandle:
+        """Send a goal, always under the same id, till it is accepted; return its handle."""
+        goal_id = self._generate_random_uuid()
+        return self._client.answer(
+            lambda: self.send_goal_async(goal, on_feedback, goal_id), 'the acceptance of a goal'
+        )
+
+    def result(self, handle: ClientGoalHandle) -> Any:
+        """Return the response with the status and the result of a goal."""
+        return self._client.answer(handle.get_result_async, 'the result of a goal')
+
+    def cancel(self, handle: ClientGoalHandle) -> Any:
+        """Cancel a goal, and return the response."""
+        return self._client.answer(handle.cancel_goal_async, 'the cancel of a goal')
+
+    async def execute(self, taken_data: dict[str, Any]) -> None:
+        """Take what has arrived; a goal that was sent again is accepted again."""
+        number, response = taken_data.get('goal', (None, None))
+        goal_id = self._goal_sequence_number_to_goal_id.get(number)
+        if goal_id is not None and bytes(goal_id.uuid) in self._goal_handles:
+            del taken_data['goal']
+            self._pending_goal_requests[number].set_result(
+                ClientGoalHandle(self, goal_id, response)
+            )
+        await super().execute(taken_data)
 
 
 @contextlib.contextmanager

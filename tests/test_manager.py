@@ -3,73 +3,41 @@
 import time
 
 import pytest
-import rclpy
 import yaml
 from action_msgs.msg import GoalStatus
 from coevo_msgs.action import Evolve
 from evolve_runs import read_files
-from rclpy.action import ActionClient
-from rclpy.executors import SingleThreadedExecutor
-from ros_processes import process_starter, ros_environment
-
-from node_runner import settle
+from ros_client import GoalClient
 
 TOY = {'population': 8, 'selected': 4, 'generations': 5, 'episode_ticks': 200}
 
 
 @pytest.fixture(scope='module')
-def manager(tmp_path_factory):
+def manager(starter, client):
     """An `Asker` of a real manager."""
-    folder = tmp_path_factory.mktemp('manager')
-    with ros_environment() as env, process_starter(env, folder) as start:
-        process = start(['coevo_manager', 'manager', '--ros-args', '-p', 'evaluators:=1'])
-        context = rclpy.Context()
-        rclpy.init(context=context, domain_id=int(env['ROS_DOMAIN_ID']))
-        asker = Asker(context)
-        try:
-            assert asker.client.wait_for_server(60)
-            settle(asker.executor)
-            yield asker
-            process.terminate()
-            assert process.wait(10) == 0
-            assert 'Traceback' not in process.stderr_text
-        finally:
-            asker.executor.shutdown()
-            asker.node.destroy_node()
-            rclpy.shutdown(context=context)
+    process = starter(['coevo_manager', 'manager', '--ros-args', '-p', 'evaluators:=1'])
+    yield Asker(client)
+    process.terminate()
+    assert process.wait(10) == 0
+    assert 'Traceback' not in process.stderr_text
 
 
 class Asker:
     """A client of the action."""
 
-    def __init__(self, context):
-        self.node = rclpy.create_node('asker', context=context)
-        self.executor = SingleThreadedExecutor(context=context)
-        self.executor.add_node(self.node)
-        self.client = ActionClient(self.node, Evolve, 'evolve')
+    def __init__(self, client):
+        self.ros = client
+        self.action = GoalClient(client, Evolve, 'evolve')
         self.feedback = []
-
-    def wait(self, condition, timeout=60):
-        deadline = time.monotonic() + timeout
-        while not condition():
-            assert time.monotonic() < deadline
-            self.executor.spin_once(timeout_sec=0.1)
-
-    def result_of(self, future):
-        self.wait(future.done)
-        return future.result()
 
     def send(self, **fields):
         self.feedback.clear()
-        goal = Evolve.Goal(**fields)
-        return self.result_of(
-            self.client.send_goal_async(
-                goal, feedback_callback=lambda m: self.feedback.append(m.feedback.stats)
-            )
+        return self.action.send(
+            Evolve.Goal(**fields), lambda message: self.feedback.append(message.feedback.stats)
         )
 
     def run(self, **fields):
-        return self.result_of(self.send(**fields).get_result_async())
+        return self.action.result(self.send(**fields))
 
 
 def configuration(**values):
@@ -94,10 +62,12 @@ def test_a_cancelled_run_can_be_resumed(manager, tmp_path):
     whole, cut = tmp_path / 'whole', tmp_path / 'cut'
     wanted = configuration(phases=150, seed=4)
     goal = manager.send(out=str(cut), configuration=wanted)
-    manager.wait(lambda: manager.feedback and manager.feedback[-1].phase > 2)
+    manager.ros.until(
+        lambda: manager.feedback and manager.feedback[-1].phase > 2, 'the third phase'
+    )
     asked = time.monotonic()
-    manager.result_of(goal.cancel_goal_async())
-    answer = manager.result_of(goal.get_result_async())
+    manager.action.cancel(goal)
+    answer = manager.action.result(goal)
     assert answer.status == GoalStatus.STATUS_CANCELED
     assert time.monotonic() - asked < 10
     assert 0 < answer.result.phases < 150
@@ -114,8 +84,8 @@ def test_one_run_at_a_time(manager, tmp_path):
     assert answer.status == GoalStatus.STATUS_ABORTED
     assert 'a run is in progress' in answer.result.message
     assert not (tmp_path / 'b').exists()
-    manager.result_of(goal.cancel_goal_async())
-    assert manager.result_of(goal.get_result_async()).status == GoalStatus.STATUS_CANCELED
+    manager.action.cancel(goal)
+    assert manager.action.result(goal).status == GoalStatus.STATUS_CANCELED
 
 
 @pytest.mark.parametrize(

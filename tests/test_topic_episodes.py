@@ -15,9 +15,9 @@ from mcap_ros2.reader import read_ros2_messages
 from nav_msgs.msg import Odometry
 from PIL import Image
 from rcl_interfaces.srv import GetParameters
-from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
+from ros_client import GoalClient
 from ros_processes import ROOT, wait_until
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import LaserScan
@@ -257,22 +257,18 @@ def test_exported_parameters_drive_a_controller_as_they_are(starter, client, tmp
 
 def test_the_action_plays_cancels_and_refuses(starter, client, tmp_path):
     process = starter(['coevo_manager', 'episodes'])
-    action = ActionClient(client.node, RunEpisode, 'run_episode')
-    client.until_ready(action.server_is_ready, 'the action server')
+    action = GoalClient(client, RunEpisode, 'run_episode')
     feedback = []
 
     def send(ticks, **changes):
         goal = RunEpisode.Goal(predator=predator, prey=prey, **changes)
         goal.environment.obstacle = True
         goal.environment.episode_ticks = ticks
-        future = action.send_goal_async(goal, lambda m: feedback.append(m.feedback))
-        client.until(future.done, 'the acceptance')
-        return future.result()
+        return action.send(goal, lambda message: feedback.append(message.feedback))
 
     def result(handle):
-        future = handle.get_result_async()
-        client.until(future.done, 'the result')
-        return future.result().status, future.result().result
+        response = action.result(handle)
+        return response.status, response.result
 
     predator, prey = next(pairs('obstacle'))
     environment = Environment(obstacle=True, episode_ticks=80)
@@ -300,8 +296,7 @@ def test_the_action_plays_cancels_and_refuses(starter, client, tmp_path):
     feedback.clear()
     running = send(500_000, real_time_factor=2.0)
     client.until(lambda: feedback, 'feedback')
-    cancelling = running.cancel_goal_async()
-    client.until(cancelling.done, 'the cancel')
+    action.cancel(running)
     status, answer = result(running)
     assert status == GoalStatus.STATUS_CANCELED and not answer.success
     process.send_signal(signal.SIGINT)

@@ -64,6 +64,7 @@ class Simulator(Node):
         self._transforms = Transforms(self, dict.fromkeys(ROBOTS, description))
         self._markers = ArenaMarkers()
         self._commands = Commands(self, parameters, self._complaints.warn, self._advance_lockstep)
+        self._last_step = 0, Step.Response()
         for service in SERVICES:
             answer = getattr(self, f'_on_{service.name.removeprefix("~/")}')
             self.create_service(service.type, service.name, answer)
@@ -263,6 +264,9 @@ class Simulator(Node):
         return response
 
     def _on_step(self, request, response):
+        if request.number and request.number == self._last_step[0]:
+            return self._last_step[1]
+        self._last_step = request.number, response
         response.tick = self._simulation.tick
         if not self._paused:
             response.message = 'the simulator is running, expected it to be paused first'

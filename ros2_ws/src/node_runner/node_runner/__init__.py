@@ -5,11 +5,12 @@ executor's (a busy node ends in an ``RCLError``, an idle one sometimes hangs), a
 single-threaded executor is 1.6 times slower in lockstep than the events executor.
 """
 
+from node_runner.asking import ask, new_number
 from node_runner.complaints import Complaints
 from node_runner.concerns import Concerns
 from node_runner.executor import describe, make_executor
 from node_runner.interface import Interface, Parameter, Service, Topic
-from node_runner.runner import run_node, run_ros, settle, stop_requested, wait_until
+from node_runner.runner import run_node, run_ros, stop_requested, wait_until
 from node_runner.start import own_arguments, start_ros
 
 __all__ = [
@@ -19,12 +20,13 @@ __all__ = [
     'Parameter',
     'Service',
     'Topic',
+    'ask',
     'describe',
     'make_executor',
+    'new_number',
     'own_arguments',
     'run_node',
     'run_ros',
-    'settle',
     'start_ros',
     'stop_requested',
     'wait_until',

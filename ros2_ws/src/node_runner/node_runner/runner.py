@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from typing import Protocol, runtime_checkable
 
 import rclpy
@@ -23,9 +22,6 @@ from node_runner.start import complain, own_arguments, start_ros
 
 SPIN_TIMEOUT = 0.1
 """Longest wait of one turn of the loop, s: a signal is honoured within this time."""
-
-SETTLING_TIME = 0.3
-"""How long `settle` waits, s."""
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -189,19 +185,3 @@ def _turn(executor: Executor, timeout: float) -> None:
         raise
     except Exception as error:
         raise RuntimeError(f'a callback failed with {describe(error)}') from error
-
-
-def settle(executor: Executor) -> None:
-    """Spin for a moment in which servers that were just found discover this side's clients.
-
-    To be called before the first request to a service or action: the answer of a server that has
-    not matched the client's reader is lost (Fast DDS waits 0.1 s for it), and no interface tells
-    when it has.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        A signal asked the process to end.
-    """
-    with suppress(TimeoutError):
-        wait_until(executor, lambda: False, SETTLING_TIME, 'discovery')

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from coevo_msgs.action import RunEpisode
 from geometry_msgs.msg import Pose2D
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.node import Node
 
 from coevo_manager.core.behaviour import complexity
@@ -15,7 +14,7 @@ from coevo_manager.evaluators.messages import to_environment
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.player import EpisodePlayer
 from node_runner import Interface, Service, run_node
-from node_runner.actions import work_on
+from node_runner.actions import GoalServer
 
 EPISODES = Interface(
     'coevo_manager episodes',
@@ -33,35 +32,24 @@ class EpisodesNode(Node):
 
     def __init__(self):
         super().__init__('episodes')
-        self._busy = threading.Lock()
         self._stopped = threading.Event()
-        self._server = ActionServer(
+        self._server = GoalServer(
             self,
             RunEpisode,
             'run_episode',
-            self._execute,
-            cancel_callback=lambda goal: CancelResponse.ACCEPT,
+            self._play,
+            'an episode is being played; cancel it or wait for its end',
         )
         self.get_logger().info('ready on run_episode')
 
     @property
     def busy(self):
         """Whether an episode is being played."""
-        return self._busy.locked()
+        return self._server.busy
 
     def stop(self):
         """Let the episode that is being played, if any, end soon."""
         self._stopped.set()
-
-    async def _execute(self, goal):
-        result = RunEpisode.Result()
-        if not self._busy.acquire(blocking=False):
-            result.message = 'an episode is being played; cancel it or wait for its end'
-            goal.abort()
-            return result
-        await work_on(self, goal, result, lambda: self._play(goal, result))
-        self._busy.release()
-        return result
 
     def _play(self, goal, result):
         """Fill the result; called in the episode's thread."""

@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from marxbot_msgs.msg import ArenaState
 from marxbot_msgs.srv import Step
 from rcl_interfaces.srv import SetParameters
@@ -23,7 +23,7 @@ from marxbot_sim.core.drive import wheel_speeds
 from marxbot_sim.core.parameters import TICK
 from marxbot_sim.core.simulation import ROBOTS
 from neuro_controller.core.genome import GENE_RANGE, GENES, OUTPUT_BIASES
-from node_runner import make_executor, settle, wait_until
+from node_runner import ask, make_executor, new_number, wait_until
 from node_runner.children import Children
 
 START_TIMEOUT = 60.0
@@ -197,9 +197,11 @@ class EpisodePlayer:
         wait_until(self._executor, lambda: self._check_processes() and condition(), timeout, what)
 
     def _call(self, client, request):
-        future = client.call_async(request)
-        self._wait(future.done, START_TIMEOUT, f'an answer of {client.srv_name}')
-        return future.result()
+        def send():
+            self._check_processes()
+            return client.call_async(request)
+
+        return ask(self._executor, send, START_TIMEOUT, f'an answer of {client.srv_name}')
 
     def _make_clients(self):
         def client(service_type, name):
@@ -211,13 +213,16 @@ class EpisodePlayer:
             client(SetParameters, f'{robot}/controller/set_parameters') for robot in ROBOTS
         ]
         self._states = [
-            client(ChangeState, f'{robot}/controller/change_state') for robot in ROBOTS
+            tuple(
+                client(kind, f'{robot}/controller/{name}')
+                for kind, name in ((ChangeState, 'change_state'), (GetState, 'get_state'))
+            )
+            for robot in ROBOTS
         ]
 
     def _wait_for_servers(self):
-        for client in (self._reset, self._step, *self._parameters, *self._states):
+        for client in (self._reset, self._step, *self._parameters, *sum(self._states, ())):
             self._wait(client.service_is_ready, START_TIMEOUT, f'the start of {client.srv_name}')
-        settle(self._executor)
 
     # Episodes
 
@@ -276,7 +281,7 @@ class EpisodePlayer:
 
         self._wait(begun, START_TIMEOUT, 'the start of the episode')
         started = time.monotonic()
-        self._call(self._step, Step.Request(ticks=length))
+        self._call(self._step, Step.Request(number=new_number(), ticks=length))
         self._wait(lambda: states[-1].ended, TICK_TIMEOUT + length, 'the end of the episode')
         seconds = time.monotonic() - started
         self._node.destroy_subscription(subscription)
@@ -293,11 +298,15 @@ class EpisodePlayer:
                 raise ValueError(result.reason)
 
     def _activate(self):
-        for client in self._states:
-            for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-                request = ChangeState.Request(transition=Transition(id=transition))
-                if not self._call(client, request).success:
-                    raise RuntimeError(f'{client.srv_name} refused transition {transition}')
+        for change, look in self._states:
+            for transition, wanted in (
+                (Transition.TRANSITION_CONFIGURE, State.PRIMARY_STATE_INACTIVE),
+                (Transition.TRANSITION_ACTIVATE, State.PRIMARY_STATE_ACTIVE),
+            ):
+                # Asked for again, it is refused; so the state tells whether it was done.
+                self._call(change, ChangeState.Request(transition=Transition(id=transition)))
+                if self._call(look, GetState.Request()).current_state.id != wanted:
+                    raise RuntimeError(f'{change.srv_name} refused transition {transition}')
 
     def _make_recorder(self):
         recorder = Recorder(self._node, self._prefix)
@@ -323,7 +332,7 @@ class EpisodePlayer:
         while not recorder.state.ended:
             tick = recorder.state.tick
             ticks = min(CHUNK, length - tick) if self._lockstep else length - tick
-            response = self._call(self._step, Step.Request(ticks=ticks))
+            response = self._call(self._step, Step.Request(number=new_number(), ticks=ticks))
             if not response.success:
                 raise RuntimeError(f'the simulator refused to step: {response.message}')
             self._follow(tick + ticks, on_progress)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from coevo_msgs.action import Evolve
-from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
@@ -17,7 +16,7 @@ from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluators.pool import EvaluationError
 from coevo_manager.runs.run import Plan, Runner, Status, make_plan, to_message
 from node_runner import Interface, Parameter, Service, run_node
-from node_runner.actions import work_on
+from node_runner.actions import GoalServer
 
 MANAGER = Interface(
     'coevo_manager manager',
@@ -55,13 +54,13 @@ class ManagerNode(Node):
         super().__init__('manager')
         MANAGER.declare(self)
         self._run: Runner | None = None
-        self._busy = False
-        self._server = ActionServer(
+        self._server = GoalServer(
             self,
             Evolve,
             'evolve',
-            self._execute,
-            cancel_callback=self._cancel,
+            self._evolve,
+            'a run is in progress; cancel it or wait for its end',
+            self.stop,
         )
 
     def _value(self, name: str) -> Any:
@@ -70,28 +69,12 @@ class ManagerNode(Node):
     @property
     def busy(self) -> bool:
         """Whether a run is in progress."""
-        return self._busy
+        return self._server.busy
 
     def stop(self) -> None:
         """Ask the run in progress, if any, to end within a generation."""
         if self._run is not None:
             self._run.stop()
-
-    def _cancel(self, goal: ServerGoalHandle) -> CancelResponse:
-        del goal
-        self.stop()
-        return CancelResponse.ACCEPT
-
-    async def _execute(self, goal: ServerGoalHandle) -> Evolve.Result:
-        result = Evolve.Result()
-        if self.busy:
-            result.message = 'a run is in progress; cancel it or wait for its end'
-            goal.abort()
-            return result
-        self._busy = True
-        await work_on(self, goal, result, lambda: self._evolve(goal, result))
-        self._busy, self._run = False, None
-        return result
 
     def _evolve(self, goal: ServerGoalHandle, result: Evolve.Result) -> None:
         """Fill the result; called in the run's thread."""
@@ -121,6 +104,7 @@ class ManagerNode(Node):
             result.message = f'{type(error).__name__}: {error}'
             self.get_logger().error(result.message)
         finally:
+            self._run = None
             node.destroy_node()
 
 
