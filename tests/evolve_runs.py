@@ -4,6 +4,11 @@ from pathlib import Path
 
 import psutil
 
+from coevo_manager.core.evolution import Evolution
+from coevo_manager.core.local_evaluator import LocalEvaluator
+from coevo_manager.runs.options import read_options
+from coevo_manager.runs.run import make_plan
+
 TOY = (
     *('--population', '16', '--selected', '4', '--generations', '10', '--phases', '30'),
     *('--swap-generations', '50', '--snapshot-generations', '150', '--episode-ticks', '400'),
@@ -18,6 +23,14 @@ def read_files(folder: Path) -> dict[str, bytes]:
         for path in sorted(folder.rglob('*'))
         if path.is_file() and path.name not in ('run.log', 'sessions.json')
     }
+
+
+def toy_files(folder: Path, phases: int = 30) -> dict[str, bytes]:
+    """The files of the toy run, played in this process."""
+    options = read_options([*TOY, '--phases', str(phases)])
+    configuration = make_plan(options.values, options.preset, folder, None).configuration
+    Evolution(configuration, LocalEvaluator(configuration.make_environment()), folder).run()
+    return read_files(folder)
 
 
 def phases_completed(folder: Path) -> int:

@@ -60,7 +60,7 @@ class RosClient:
         client = self._clients[name]
         self.until(client.service_is_ready, f'the service {name}')
         wanted = request or service_type.Request(**fields)
-        if hasattr(wanted, 'number'):
+        if getattr(wanted, 'number', None) == 0:
             wanted.number = new_number()
         return self.answer(lambda: client.call_async(wanted), f'an answer of {name}')
 

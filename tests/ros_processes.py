@@ -1,11 +1,10 @@
 """Real ROS 2 processes in tests: an environment no other test shares, and a clean end."""
 
 import contextlib
-import fcntl
 import os
 import signal
+import socket
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
@@ -14,6 +13,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 END_TIMEOUT = 10.0
 """How long a process may take to end after SIGTERM before it is killed, s."""
+
+FIRST_PORT, PORTS_EACH = 7400, 250
+"""Where the UDP ports of DDS begin, and how many a domain has."""
 
 
 @cache
@@ -30,15 +32,14 @@ def _workspace_environment() -> dict[str, str]:
 def ros_environment() -> Iterator[dict[str, str]]:
     """Yield an environment with a ROS_DOMAIN_ID that no other test of this machine has now.
 
-    Domains are held by file locks, so that workers and concurrent suites never share one.
+    A domain is held by its port: DDS takes the UDP port of that number, the test the TCP port, so
+    that workers and concurrent suites, of any user, never share one.
     """
-    locks = Path(tempfile.gettempdir(), f'ros_domains_{os.getuid()}')
-    locks.mkdir(exist_ok=True)
     for domain in range(1, 102):
-        with (locks / str(domain)).open('w') as lock:
+        with socket.socket() as port:
             try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+                port.bind(('127.0.0.1', FIRST_PORT + PORTS_EACH * domain))
+            except OSError:
                 continue
             yield {
                 **_workspace_environment(),

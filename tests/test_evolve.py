@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import psutil
 import pytest
-from evolve_runs import TOY, evaluators_of, phases_completed, read_files
-from ros_processes import process_starter, ros_environment, wait_until
+from evolve_runs import TOY, evaluators_of, phases_completed, read_files, toy_files
+from ros_processes import wait_until
 
 from coevo_manager.core.configuration import FIELDS
 from coevo_manager.core.episodes import evaluate_matrix
@@ -22,12 +22,8 @@ from node_runner.children import executable_path
 
 @pytest.fixture(scope='module')
 def toy(tmp_path_factory):
-    """The files of the toy run on one evaluator, undisturbed."""
-    folder = tmp_path_factory.mktemp('toy')
-    with ros_environment() as env, process_starter(env, folder) as start:
-        run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '1', '--out', folder / 'a'])
-        assert run.wait(100) == 0, run.stderr_text
-    return read_files(folder / 'a')
+    """The files of the toy run, played in this process."""
+    return toy_files(tmp_path_factory.mktemp('toy') / 'run')
 
 
 def test_two_phases_leave_a_readable_run(start, tmp_path):
@@ -61,12 +57,11 @@ def test_a_run_is_the_same_on_three_evaluators(start, tmp_path, toy):
 
 
 @pytest.mark.timeout(180)
-def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, toy):
+def test_killed_and_hung_evaluators_change_nothing(start, tmp_path):
     out = tmp_path / 'c'
-    run = start(
-        ['coevo_manager', 'evolve', *TOY, '--evaluators', '2', '--patience', '1', '--out', out]
-    )
-    wait_until(lambda: phases_completed(out) >= 3, 'three phases', 30)
+    options = [*TOY, '--phases', '120', '--evaluators', '2', '--patience', '1', '--out', out]
+    run = start(['coevo_manager', 'evolve', *options])
+    run.wait_for_output('all 2 evaluators are at work', 60)
     first, second = evaluators_of(run.pid)
     first.send_signal(signal.SIGKILL)
     second.send_signal(signal.SIGSTOP)
@@ -77,7 +72,7 @@ def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, toy):
     assert ' joined' in log
     assert not first.is_running()
     assert not second.is_running()
-    assert read_files(out) == toy
+    assert read_files(out) == toy_files(tmp_path / 'undisturbed', 120)
 
 
 def test_public_evaluators_come_and_go(start, tmp_path, toy):
@@ -101,9 +96,11 @@ def test_public_evaluators_come_and_go(start, tmp_path, toy):
     assert read_files(out) == toy
 
 
-def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path, toy):
+def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path):
     out = tmp_path / 'e'
-    run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '2', '--out', out])
+    options = [*TOY, '--phases', '120', '--evaluators', '2', '--out', out]
+    run = start(['coevo_manager', 'evolve', *options])
+    run.wait_for_output('all 2 evaluators are at work', 60)
     wait_until(lambda: phases_completed(out) >= 2, 'two phases', 30)
     evaluators = evaluators_of(run.pid)
     assert len(evaluators) == 2
@@ -111,10 +108,10 @@ def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path, toy):
     assert run.wait(10) == 130
     assert not any(process.is_running() for process in evaluators)
     assert f'evolve --resume {out}' in run.stdout_text
-    assert phases_completed(out) < 30
+    assert phases_completed(out) < 120
     resumed = start(['coevo_manager', 'evolve', '--resume', out])
-    assert resumed.wait(60) == 0, resumed.stderr_text
-    assert read_files(out) == toy
+    assert resumed.wait(100) == 0, resumed.stderr_text
+    assert read_files(out) == toy_files(tmp_path / 'undisturbed', 120)
 
 
 def test_ctrl_c_while_evaluators_start(start, tmp_path):

@@ -8,6 +8,7 @@ from action_msgs.msg import GoalStatus
 from coevo_msgs.action import Evolve
 from evolve_runs import read_files
 from ros_client import GoalClient
+from unique_identifier_msgs.msg import UUID
 
 TOY = {'population': 8, 'selected': 4, 'generations': 5, 'episode_ticks': 200}
 
@@ -76,6 +77,23 @@ def test_a_cancelled_run_can_be_resumed(manager, tmp_path):
     assert manager.run(out=str(cut), resume=True).result.success
     assert manager.run(out=str(whole), configuration=wanted).result.success
     assert read_files(cut) == read_files(whole)
+
+
+def test_a_goal_that_is_sent_again_is_accepted_again_and_run_once(manager, tmp_path):
+    goal = Evolve.Goal(out=str(tmp_path / 'a'), configuration=configuration(phases=2))
+    goal_id = UUID(uuid=list(b'sent three times'))
+    futures = [manager.action.send_goal_async(goal, None, goal_id) for _ in range(3)]
+    manager.ros.until(lambda: all(future.done() for future in futures), 'three answers')
+    handles = [future.result() for future in futures]
+    assert all(handle.accepted for handle in handles)
+    assert handles[0].stamp == handles[1].stamp == handles[2].stamp
+    answer = manager.action.result(handles[0])
+    assert answer.status == GoalStatus.STATUS_SUCCEEDED, answer.result.message
+    again = manager.ros.answer(
+        lambda: manager.action.send_goal_async(goal, None, goal_id), 'an answer after the end'
+    )
+    assert again.accepted
+    assert manager.action.result(again).result == answer.result
 
 
 def test_one_run_at_a_time(manager, tmp_path):

@@ -154,6 +154,14 @@ def test_lockstep_is_the_world_bit_for_bit(lockstep, client):
     assert lockstep.states[-1].paused and not lockstep.states[-1].ended
 
 
+def test_a_step_that_comes_again_under_its_number_is_made_once(lockstep):
+    assert lockstep.reset()
+    first = lockstep.call(Step, 'step', number=5, ticks=1)
+    assert first.success
+    assert lockstep.call(Step, 'step', number=5, ticks=7) == first
+    assert lockstep.call(Step, 'step', number=6, ticks=7) != first
+
+
 def test_stamps_frames_and_scan_follow_the_conventions(lockstep, client):
     assert lockstep.reset()
     lockstep.call(Step, 'step', ticks=1)

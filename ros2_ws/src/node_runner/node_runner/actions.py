@@ -20,8 +20,8 @@ class GoalServer(ActionServer):
     """Works on one goal at a time, in a thread of its own, so that the node hears of a cancel.
 
     A goal that comes while another is worked on is aborted with one sentence. A goal that is sent
-    again under its id is accepted again and not worked on twice: where the first answer was lost in
-    discovery, that is all a client has to do.
+    again under its id is accepted again and not worked on twice: where the first answer was lost
+    in discovery, that is all a client has to do.
 
     Parameters
     ----------

@@ -41,8 +41,8 @@ class Child(subprocess.Popen):
     """A process that ends with its parent, from its first instruction on.
 
     Should the parent be killed, the kernel sends SIGTERM. A process group of its own keeps the
-    terminal's Ctrl-C away, since the parent ends its children; and in the parent's session, a group
-    that loses its parent while it is stopped is woken by the kernel, and so gets the signal.
+    terminal's Ctrl-C away, since the parent ends its children; and in the parent's session, a
+    group that loses its parent while it is stopped is woken by the kernel, and so gets the signal.
 
     Parameters
     ----------

@@ -1,6 +1,8 @@
 """How processes begin and end: exit codes, signals, children, and warnings that do not flood."""
 
+import os
 import signal
+import subprocess
 import sys
 
 import psutil
@@ -8,6 +10,7 @@ import pytest
 from ros_processes import wait_until
 
 from node_runner import Complaints
+from node_runner.children import Child, end_all
 
 PROGRAM = """
 import sys
@@ -75,6 +78,66 @@ def test_children_end_with_a_killed_parent(start):
     wait_until(
         lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE, 'its end', 20
     )
+
+
+PARENT = """
+import os, random, signal, sys, threading, time
+from node_runner.children import Child
+mark = sys.argv[1]
+
+def end():
+    time.sleep(random.uniform(0, 0.05))
+    os.kill(os.getpid(), signal.SIGKILL)
+
+threading.Thread(target=end).start()
+while True:
+    Child(['sleep', mark])
+"""
+
+
+def test_no_child_outlives_a_parent_that_is_killed_while_it_starts_them(start):
+    for number in range(10):
+        seconds = f'{300 + number}.{os.getpid()}'
+        parent = start([sys.executable, '-c', PARENT, seconds])
+        assert parent.wait(30) == -signal.SIGKILL
+        wait_until(lambda seconds=seconds: not _living('sleep', seconds), 'the end of all', 10)
+
+
+def test_a_stopped_child_ends_with_its_killed_parent(start):
+    seconds = f'400.{os.getpid()}'
+    body = f"Child(['sleep', '{seconds}']); print('up', flush=True); time.sleep(100)"
+    parent = start(
+        [sys.executable, '-c', f'import time\nfrom node_runner.children import Child\n{body}']
+    )
+    parent.wait_for_output('up')
+    (child,) = _living('sleep', seconds)
+    child.send_signal(signal.SIGSTOP)
+    parent.kill()
+    wait_until(lambda: not _living('sleep', seconds), 'its end', 10)
+
+
+def test_stopped_children_are_ended_and_obstinate_ones_killed():
+    stopped, willing = (Child(['sleep', '300']) for _ in range(2))
+    obstinate = Child(
+        [sys.executable, '-c', 'import signal, time\nsignal.signal(15, signal.SIG_IGN)\n'
+         'print(1, flush=True)\ntime.sleep(300)'], stdout=subprocess.PIPE
+    )  # fmt: skip
+    obstinate.stdout.readline()
+    stopped.send_signal(signal.SIGSTOP)
+    end_all([stopped, willing, obstinate], timeout=0.5)
+    assert stopped.returncode == willing.returncode == -signal.SIGTERM
+    assert obstinate.returncode == -signal.SIGKILL
+    obstinate.stdout.close()
+
+
+def _living(*command):
+    """Return the processes of a command that have not ended."""
+    found = []
+    for process in psutil.process_iter(['cmdline', 'status']):
+        ended = process.info['status'] == psutil.STATUS_ZOMBIE
+        if process.info['cmdline'] == list(command) and not ended:
+            found.append(process)
+    return found
 
 
 def test_a_complaint_is_not_repeated_but_another_is_heard(monkeypatch):

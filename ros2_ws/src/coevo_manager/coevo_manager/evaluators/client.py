@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import time
-from collections.abc import Iterator
 from typing import Any
 
-import numpy as np
 from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
 from rclpy.client import Client
@@ -17,9 +14,14 @@ from rclpy.node import Node
 from coevo_manager.core.evaluation import Batch, Lineage
 from coevo_manager.evaluators.messages import to_request
 from coevo_manager.evaluators.process import EvaluatorProcess
+from coevo_manager.evaluators.work_queue import Part
+from node_runner import new_number
 
 START_PATIENCE = 180.0
 """How long an own evaluator may take to start, and to compile what it runs, s."""
+
+START_IDLENESS = 10.0
+"""How long an own evaluator that starts may compute nothing, s: then it hangs."""
 
 FIRST_PATIENCE = 30.0
 """How long the first answer of an evaluator may take, s."""
@@ -27,34 +29,54 @@ FIRST_PATIENCE = 30.0
 LATENESS = 10.0
 """An evaluator is late when it takes so many times longer than expected."""
 
+FIRST_PAUSE = 1.0
+"""How long an answer is awaited before its request is sent again, s; then twice as long."""
 
-_Key = tuple[Client, int]
+
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Trial:
+    """Episodes that evaluators are compared by."""
+
+    work: Batch
 
 
-@dataclasses.dataclass(eq=False, slots=True)
-class Part:
-    """What one request asks: a share of a batch, or a lineage.
+@dataclasses.dataclass(frozen=True, eq=False, slots=True)
+class Replay:
+    """One episode of another's answer, to be played again.
 
     Attributes
     ----------
-    ticket : int
-        Ticket of the batch or lineage.
-    work : Batch or Lineage
-        The episodes, with the genomes that they need.
-    place : slice
-        Where their results lie in those of the ticket.
-    done : bool
-        Answered, or not wanted any more: further answers are ignored.
+    work : Batch
+        The episode.
+    tick : int
+        When it ended, as the other says.
+    author : EvaluatorClient
+        The other.
+    part, ticks
+        What it was asked, and its answer.
     """
 
-    ticket: int
-    work: Batch | Lineage
-    place: slice
-    done: bool = False
+    work: Batch
+    tick: int
+    author: EvaluatorClient
+    part: Part
+    ticks: Any
+
+
+Question = Part | Trial | Replay
+
+
+@dataclasses.dataclass(slots=True)
+class _Asked:
+    """A question that is under way: when it is sent again, and after what pause then."""
+
+    question: Question
+    again: float
+    pause: float = FIRST_PAUSE
 
 
 class EvaluatorClient:
-    """The requests that are under way to one evaluator.
+    """The requests that are under way to one evaluator; each is repeated until it is answered.
 
     Parameters
     ----------
@@ -72,14 +94,12 @@ class EvaluatorClient:
     ----------
     clients : tuple
         rclpy's clients of its services.
-    in_flight : dict
-        Parts by client and sequence number of the request, oldest first.
     admitted : bool
-        It has proved that it plays episodes as the others do.
-    restarted : bool
-        It takes the place of one that failed.
-    next_trial : float
-        When it is asked to prove itself, by the monotonic clock, s.
+        It has proved that it plays episodes as the others do, and is not late.
+    refused : bool
+        It has answered badly.
+    used : int
+        How many of its answers were used.
     """
 
     def __init__(
@@ -93,9 +113,8 @@ class EvaluatorClient:
         self.service = service
         self.process = process
         self.admitted = False
-        self.restarted = False
-        self.next_trial = 0.0
-        self.in_flight: dict[_Key, Part] = {}
+        self.refused = False
+        self.used = 0
         self._node = node
         self._environment = environment
         self._patience = patience
@@ -104,21 +123,15 @@ class EvaluatorClient:
             EvaluateLineage, service.removesuffix('batch') + 'lineage'
         )
         self.clients = self._batches, self._lineages
-        self._given_away: dict[_Key, Part] = {}
-        self._silent = False
+        self._in_flight: dict[int, _Asked] = {}
+        self._given_away: dict[int, _Asked] = {}
         self._seen = False
         self._last_event = time.monotonic()
         self._episode_seconds: float | None = None
 
-    @property
-    def ready(self) -> bool:
-        """Whether it gets work."""
-        return self.admitted and not self._silent
-
-    @property
-    def on_trial(self) -> bool:
-        """Whether it was not admitted yet, and is not late with its trial."""
-        return not self.admitted and not self._silent
+    def __len__(self) -> int:
+        """Return how many requests are under way."""
+        return len(self._in_flight)
 
     def present(self) -> bool:
         """Whether its services are there, as far as discovery knows."""
@@ -130,92 +143,72 @@ class EvaluatorClient:
         """Whether its services were there and are no more."""
         return self._seen and not self.present()
 
-    def admit(self) -> None:
-        """Give it work from now on; what it was asked before need not be answered."""
-        self.admitted = True
-        self.in_flight = {}
+    def send(self, question: Question) -> None:
+        """Ask it something."""
+        now = time.monotonic()
+        if not self._in_flight:
+            self._last_event = now
+        number = new_number()
+        self._in_flight[number] = _Asked(question, now + FIRST_PAUSE)
+        self._request(number, question)
 
-    def send(self, part: Part) -> None:
-        """Ask for a part."""
-        client = self._lineages if isinstance(part.work, Lineage) else self._batches
-        request = to_request(part.work, self._environment)
-        if not self.in_flight:
-            self._last_event = time.monotonic()
-        self.in_flight[client, client.handle.send_request(request)] = part
+    def repeat(self, now: float) -> None:
+        """Ask again what was not answered for long."""
+        for number, asked in self._in_flight.items():
+            if now >= asked.again:
+                asked.pause *= 2
+                asked.again = now + asked.pause
+                self._request(number, asked.question)
 
-    def take(self, client: Client) -> tuple[Part, Any] | None:
+    def _request(self, number: int, question: Question) -> None:
+        client = self._lineages if isinstance(question.work, Lineage) else self._batches
+        client.handle.send_request(to_request(question.work, self._environment, number))
+
+    def take(self, client: Client) -> tuple[Question, Any] | None:
         """Return an answer that has arrived and what it answers; None if nobody waits for it."""
-        header, response = client.handle.take_response(client.srv_type.Response)
+        _, response = client.handle.take_response(client.srv_type.Response)
         if response is None:
             return None
-        self._silent = False
-        key = client, header.request_id.sequence_number
         now = time.monotonic()
-        part = self.in_flight.pop(key, None)
-        if part is not None:
-            seconds = (now - self._last_event) / max(len(part.work), 1)
+        asked = self._in_flight.pop(response.number, None)
+        if asked is not None:
+            seconds = (now - self._last_event) / max(len(asked.question.work), 1)
             known = self._episode_seconds
             self._episode_seconds = seconds if known is None else 0.9 * known + 0.1 * seconds
         else:
-            part = self._given_away.pop(key, None)
+            asked = self._given_away.pop(response.number, None)
         self._last_event = now
-        return None if part is None or part.done else (part, response)
+        return None if asked is None else (asked.question, response)
 
     def late(self, now: float) -> bool:
-        """Whether it has been silent for too long although it was asked."""
-        if not self.in_flight:
-            starting = self.process is not None and not self.admitted
-            return starting and now - self._last_event > START_PATIENCE
+        """Whether it has been silent for too long although it was asked, or hangs at its start."""
+        if not self.admitted:
+            return self.process is not None and (
+                self.process.idle_seconds() > START_IDLENESS
+                or now - self._last_event > START_PATIENCE
+            )
+        if not self._in_flight:
+            return False
         if self._episode_seconds is None:
             return now - self._last_event > max(FIRST_PATIENCE, self._patience)
-        episodes = sum(len(part.work) for part in self.in_flight.values())
+        episodes = sum(len(asked.question.work) for asked in self._in_flight.values())
         expected = episodes * self._episode_seconds
         return now - self._last_event > max(self._patience, LATENESS * expected)
 
-    def give_away(self) -> list[Part]:
-        """Return the unanswered parts, for another evaluator.
+    def give_away(self) -> list[Question]:
+        """Return the unanswered questions, for another evaluator.
 
-        This one gets no more work until it answers; a late answer still counts.
+        This one gets no more work until it proves itself again; a late answer still counts.
         """
-        parts = [part for part in self.in_flight.values() if not part.done]
-        self._given_away = self._given_away | self.in_flight
-        self.in_flight = {}
-        self._silent = True
-        return parts
+        questions = [asked.question for asked in self._in_flight.values()]
+        self._given_away |= self._in_flight
+        self._in_flight = {}
+        self.admitted = False
+        return questions
 
     def destroy(self) -> None:
-        """Leave the service, and kill its process if it is the run's own."""
+        """Leave the service, and end its process if it is the run's own."""
         for client in self.clients:
             self._node.destroy_client(client)
         if self.process is not None:
-            self.process.kill()
-
-
-def split(ticket: int, work: Batch | Lineage, longest: int) -> Iterator[Part]:
-    """Divide a batch into parts of at most `longest` episodes, as equal as can be.
-
-    A lineage stays whole.
-    """
-    if isinstance(work, Lineage):
-        yield Part(ticket, work, slice(0, len(work)))
-        return
-    batch = work
-    count = -(-len(batch) // longest)
-    if count <= 1:
-        yield Part(ticket, batch, slice(0, len(batch)))
-        return
-    bounds = np.linspace(0, len(batch), count + 1).round().astype(int)
-    for first, end in itertools.pairwise(bounds):
-        place = slice(int(first), int(end))
-        predators, predator_index = np.unique(batch.predator_index[place], return_inverse=True)
-        prey, prey_index = np.unique(batch.prey_index[place], return_inverse=True)
-        yield Part(
-            ticket,
-            Batch(
-                batch.predators[predators],
-                batch.prey[prey],
-                predator_index.astype(np.uint32),
-                prey_index.astype(np.uint32),
-            ),
-            place,
-        )
+            self.process.end_at_once()

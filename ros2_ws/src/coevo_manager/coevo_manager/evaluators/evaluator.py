@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
-import fcntl
+import dataclasses
 import gc
 import os
 import signal
 import socket
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,16 +43,36 @@ KEPT_STREAMS = 4
 """Streams kept for environments that nobody asks for at the moment."""
 
 
-Asker = tuple[Service, Any]
-"""A service and the id of a request to it."""
+KEPT_ANSWERS = 128
+"""Answers remembered for requests that come again."""
+
+
+@dataclasses.dataclass(slots=True)
+class Task:
+    """A request that is being played.
+
+    Attributes
+    ----------
+    service : Service
+        Where it was asked.
+    number : int
+        As the asker counts; 0: not to be recognised.
+    request_id
+        Of the request, or of its last repetition: there the answer goes.
+    """
+
+    service: Service
+    number: int
+    request_id: Any
 
 
 class EvaluatorNode(Node):
     """Serves ``evaluate_batch`` and ``evaluate_lineage``, several requests at a time.
 
     Requests of one environment are merged in one `EpisodeStream`, so that its lanes stay full
-    while any of them waits; each is answered as soon as its last episode ends. An executor would
-    answer one request before it takes the next, which is why `serve` turns its own loop.
+    while any of them waits; each is answered as soon as its last episode ends. A request that
+    comes again under its number is not played again. An executor would answer one request before
+    it takes the next, which is why `serve` turns its own loop.
 
     Without a namespace given on the command line the node takes one of its own, so that any
     number of evaluators can be started side by side.
@@ -70,6 +87,8 @@ class EvaluatorNode(Node):
         )
         self._streams: dict[tuple[Environment, bool], EpisodeStream] = {}
         self._last = EnvironmentMsg(), Environment()
+        self._tasks: dict[tuple[Service, int], Task] = {}
+        self._answers: dict[tuple[Service, int], Any] = {}
         self._batches = self._serve_type(EvaluateBatch, 'evaluate_batch')
         self._lineages = self._serve_type(EvaluateLineage, 'evaluate_lineage')
         self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 2, 0, self.context.handle)
@@ -94,31 +113,47 @@ class EvaluatorNode(Node):
                 self._wait_set.add_service(self._lineages.handle)
                 self._wait_set.wait(int(WAIT * 1e9))
 
-    def _take_requests(self, service: Service, begin: Callable[[Any, Asker], None]) -> None:
+    def _take_requests(self, service: Service, begin: Callable[[Any, Task], None]) -> None:
         while True:
             request, header = service.handle.service_take_request(service.srv_type.Request)
             if request is None:
                 return
-            asker = service, header.request_id
+            task = Task(service, request.number, header.request_id)
+            if self._repeated(task):
+                continue
             try:
-                begin(request, asker)
+                begin(request, task)
             except ValueError as error:
                 self.get_logger().warning(f'refused a request: {error}')
-                self._respond(service.srv_type.Response(success=False, message=str(error)), asker)
+                self._respond(service.srv_type.Response(success=False, message=str(error)), task)
 
-    def _begin_batch(self, request: EvaluateBatch.Request, asker: Asker) -> None:
+    def _repeated(self, task: Task) -> bool:
+        """Look after a request that came before; whether it did."""
+        key = task.service, task.number
+        if not task.number:
+            return False
+        if key in self._answers:
+            self._send(self._answers[key], task)
+        elif key in self._tasks:
+            self._tasks[key].request_id = task.request_id
+        else:
+            self._tasks[key] = task
+            return False
+        return True
+
+    def _begin_batch(self, request: EvaluateBatch.Request, task: Task) -> None:
         environment = self._environment(request.environment)
         batch = to_batch(request)
         if not len(batch):
-            self._respond(EvaluateBatch.Response(success=True), asker)
+            self._respond(EvaluateBatch.Response(success=True), task)
             return
         self._stream(environment, request.complexity).submit(
-            asker, batch.predators, batch.prey, batch.predator_index, batch.prey_index
+            task, batch.predators, batch.prey, batch.predator_index, batch.prey_index
         )
 
-    def _begin_lineage(self, request: EvaluateLineage.Request, asker: Asker) -> None:
+    def _begin_lineage(self, request: EvaluateLineage.Request, task: Task) -> None:
         environment = self._environment(request.environment)
-        self._stream(environment, measured=False).submit_lineage(asker, to_lineage(request))
+        self._stream(environment, measured=False).submit_lineage(task, to_lineage(request))
 
     def _environment(self, message: EnvironmentMsg) -> Environment:
         if message != self._last[0]:
@@ -137,42 +172,37 @@ class EvaluatorNode(Node):
     def _advance(self) -> bool:
         busy = [key for key, stream in self._streams.items() if stream.pending]
         for environment, measured in busy:
-            for asker, ticks, complexity in self._streams[environment, measured].advance():
-                response = asker[0].srv_type.Response()
+            for task, ticks, complexity in self._streams[environment, measured].advance():
+                response = task.service.srv_type.Response()
                 response.success = True
                 response.capture_ticks = to_sequence(ticks, 'i')
                 if measured:
                     response.predator_complexity = to_sequence(complexity[:, 0], 'f')
                     response.prey_complexity = to_sequence(complexity[:, 1], 'f')
-                self._respond(response, asker)
+                self._respond(response, task)
         return bool(busy)
 
-    def _respond(self, response: Any, asker: Asker) -> None:
-        service, request_id = asker
+    def _respond(self, response: Any, task: Task) -> None:
+        response.number = task.number
+        if task.number:
+            key = task.service, task.number
+            del self._tasks[key]
+            self._answers[key] = response
+            if len(self._answers) > KEPT_ANSWERS:
+                del self._answers[next(iter(self._answers))]
+        self._send(response, task)
+
+    def _send(self, response: Any, task: Task) -> None:
         try:
-            service.handle.service_send_response(response, request_id)
+            task.service.handle.service_send_response(response, task.request_id)
         except _rclpy.RCLError as error:
             self.get_logger().warning(f'an answer could not be sent: {error}')
 
 
 def _compile() -> None:
-    """Compile the simulation, or load it compiled; one process of a user at a time.
-
-    Whoever comes first compiles for all, and nobody answers before its own is there.
-    """
-    path = Path(tempfile.gettempdir(), f'coevo_manager_{os.getuid()}.lock')
+    """Compile the simulation, or load it compiled: the first answer shall not wait for it."""
     genomes = np.zeros((1, GENES), np.float32)
-    with path.open('w') as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        evaluate_pairs(genomes, genomes, [0], [0], Environment(episode_ticks=1))
-
-
-def _end_with(parent: int) -> None:
-    """Let the kernel end this process as soon as its parent has ended."""
-    PR_SET_PDEATHSIG = 1
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:
-        sys.exit(0)
+    evaluate_pairs(genomes, genomes, [0], [0], Environment(episode_ticks=1))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -182,12 +212,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         description='Plays the episodes of the service evaluate_batch. Runs of evolve find it '
         'and share it; its namespace can be given by --ros-args -r __ns:=/NAME.',
     )
-    parent = Option('parent', int, None, 'end together with this parent process', minimum=1)
-    add_option(parser, parent, metavar='PID')
     command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
-    options = parser.parse_args(own_arguments(command_line))
-    if options.parent:
-        _end_with(options.parent)
+    parser.parse_args(own_arguments(command_line))
     _compile()
     start_ros(command_line)
     stop = threading.Event()

@@ -29,7 +29,7 @@ def to_sequence(values: np.ndarray, typecode: str) -> array.array:
 
 
 def to_request(
-    work: Batch | Lineage, environment: EnvironmentMsg
+    work: Batch | Lineage, environment: EnvironmentMsg, number: int = 0
 ) -> EvaluateBatch.Request | EvaluateLineage.Request:
     """Return the request that asks for a batch or a lineage in an environment."""
     if isinstance(work, Lineage):
@@ -47,6 +47,7 @@ def to_request(
         request.prey = to_sequence(work.prey, 'f')
         request.predator_index = to_sequence(work.predator_index, 'I')
         request.prey_index = to_sequence(work.prey_index, 'I')
+    request.number = number
     request.environment = environment
     return request
 

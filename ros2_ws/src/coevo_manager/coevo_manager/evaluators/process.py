@@ -10,6 +10,10 @@ import sys
 import tempfile
 import time
 
+import psutil
+
+from node_runner.children import Child
+
 END_TIMEOUT = 1.2
 """How long evaluators may take to end after SIGTERM before they are killed, s."""
 
@@ -19,11 +23,8 @@ OWN_PREFIX = '/_evolve_'
 _serial = itertools.count()
 
 
-class EvaluatorProcess:
+class EvaluatorProcess(Child):
     """One evaluator process.
-
-    It does not get the terminal's Ctrl-C, since its run ends it, and the kernel ends it should the
-    run be killed.
 
     Attributes
     ----------
@@ -35,33 +36,33 @@ class EvaluatorProcess:
         namespace = f'{OWN_PREFIX}{os.getpid()}/evaluator_{next(_serial)}'
         self.service = f'{namespace}/evaluate_batch'
         self._errors = tempfile.TemporaryFile(mode='w+', errors='replace')  # noqa: SIM115
-        self._process = subprocess.Popen(
+        super().__init__(
             [
-                *(
-                    sys.executable,
-                    '-m',
-                    'coevo_manager.evaluators.evaluator',
-                    '--parent',
-                    str(os.getpid()),
-                ),
+                *(sys.executable, '-m', 'coevo_manager.evaluators.evaluator'),
                 *('--ros-args', '-r', f'__ns:={namespace}'),
             ],
-            stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=self._errors,
-            process_group=0,
             # The kernel is its only work: no threads of BLAS beside it.
             env=os.environ | {'OPENBLAS_NUM_THREADS': '1'},
         )
+        self._cpu_time = 0.0
+        self._computed_at = time.monotonic()
 
-    @property
-    def pid(self) -> int:
-        """Process id."""
-        return self._process.pid
+    def idle_seconds(self) -> float:
+        """Return for how long it has computed nothing, as far as it was looked at."""
+        try:
+            user, system, *_ = psutil.Process(self.pid).cpu_times()
+        except psutil.Error:
+            user = system = 0.0
+        if user + system > self._cpu_time:
+            self._cpu_time = user + system
+            self._computed_at = time.monotonic()
+        return time.monotonic() - self._computed_at
 
     def ending(self) -> str | None:
         """Return how the process ended, in words; None while it runs."""
-        code = self._process.poll()
+        code = self.poll()
         if code is None:
             return None
         how = f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'
@@ -70,21 +71,8 @@ class EvaluatorProcess:
         words = next((line.strip() for line in reversed(lines) if line.strip()), '')
         return f'{how}: {words}' if code > 0 and words else how
 
-    def kill(self) -> None:
-        """End the process at once, hung or not."""
-        self._process.kill()
-        self._process.wait()
+    def end_at_once(self) -> None:
+        """End the process, hung or not."""
+        self.kill()
+        self.wait()
         self._errors.close()
-
-    @staticmethod
-    def end_all(processes: list[EvaluatorProcess]) -> None:
-        """End processes and wait for them, killing those that take too long."""
-        for process in processes:
-            process._process.terminate()
-        deadline = time.monotonic() + END_TIMEOUT
-        for process in processes:
-            try:
-                process._process.wait(max(0.0, deadline - time.monotonic()))
-                process._errors.close()
-            except subprocess.TimeoutExpired:
-                process.kill()

@@ -13,7 +13,7 @@ import rclpy
 
 from coevo_manager.command_line import refuse
 from coevo_manager.core.evolution import RunFolderError
-from coevo_manager.evaluators.pool import EvaluationError
+from coevo_manager.evaluators.roster import EvaluationError
 from coevo_manager.runs.display import make_display
 from coevo_manager.runs.options import Options, read_options
 from coevo_manager.runs.run import Plan, Runner, make_plan

@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from coevo_manager.core.documents import parse_document
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
-from coevo_manager.evaluators.pool import EvaluationError
+from coevo_manager.evaluators.roster import EvaluationError
 from coevo_manager.runs.run import Plan, Runner, Status, make_plan, to_message
 from node_runner import Interface, Parameter, Service, run_node
 from node_runner.actions import GoalServer

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from coevo_msgs.msg import GenerationStats as GenerationStatsMsg
+from rclpy.duration import Duration
 from rclpy.node import Node
 
 from coevo_manager.core.configuration import Configuration, differences
@@ -38,6 +39,12 @@ STATUS_PERIOD = 0.1
 
 DISCOVERY_TIMEOUT = 10.0
 """How long a run without own evaluators looks for the first one, s."""
+
+LAST_PATIENCE = 10.0
+"""How long the last statistics are offered to subscribers that have not confirmed them, s, ..."""
+
+STOP_PATIENCE = 0.5
+"""... and where the run was asked to stop."""
 
 SLOW_START = 3.0
 """A start of the evaluators that takes longer is explained, s."""
@@ -248,6 +255,8 @@ class Runner:
                 with contextlib.suppress(OSError):  # it is not empty: the run began
                     plan.folder.rmdir()
             self._evaluator.close()
+            patience = STOP_PATIENCE if self._stop.is_set() else LAST_PATIENCE
+            self._publisher.wait_for_all_acked(Duration(seconds=patience))
             self._node.destroy_publisher(self._publisher)
 
     def stop(self) -> None:

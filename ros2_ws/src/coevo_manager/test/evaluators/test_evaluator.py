@@ -2,16 +2,13 @@
 
 import array
 import signal
-import time
 
 import numpy as np
 import pytest
-import rclpy
 from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
 from lineages import follow, random_lineage
 from rclpy.qos import QoSProfile
-from ros_processes import process_starter, ros_environment
 
 from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pairs
 from coevo_manager.evaluators.messages import (
@@ -22,7 +19,6 @@ from coevo_manager.evaluators.messages import (
 )
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
-from node_runner import settle
 
 RNG = np.random.default_rng(3)
 PREDATORS, PREY = random_genomes(5, RNG), random_genomes(7, RNG)
@@ -31,43 +27,33 @@ SIGNED = Environment(obstacle=True, motor_map='signed', prey_speed=9.0, episode_
 
 
 @pytest.fixture(scope='module')
-def asker(tmp_path_factory):
+def asker(starter, client):
     """``ask(*requests)`` -> responses, all requests under way at once, of a real evaluator."""
-    folder = tmp_path_factory.mktemp('evaluator')
-    with ros_environment() as env, process_starter(env, folder) as start:
-        process = start(['coevo_manager', 'evaluator', '--ros-args', '-r', '__ns:=/evaluator_3'])
-        context = rclpy.Context()
-        rclpy.init(context=context, domain_id=int(env['ROS_DOMAIN_ID']))
-        node = rclpy.create_node('asker', context=context)
-        clients = {
-            service_type.Request: node.create_client(
-                service_type, f'/evaluator_3/{name}', qos_profile=QoSProfile(depth=30)
-            )
-            for service_type, name in (
-                (EvaluateBatch, 'evaluate_batch'),
-                (EvaluateLineage, 'evaluate_lineage'),
-            )
-        }
-        executor = rclpy.executors.SingleThreadedExecutor(context=context)
-        executor.add_node(node)
+    process = starter(['coevo_manager', 'evaluator', '--ros-args', '-r', '__ns:=/evaluator_3'])
+    clients = {
+        kind.Request: client.node.create_client(
+            kind, f'/evaluator_3/{name}', qos_profile=QoSProfile(depth=30)
+        )
+        for kind, name in (
+            (EvaluateBatch, 'evaluate_batch'),
+            (EvaluateLineage, 'evaluate_lineage'),
+        )
+    }
+    client.until(lambda: all(c.service_is_ready() for c in clients.values()), 'the evaluator')
+    for kind in clients:  # from then on it knows who asks
+        client.answer(lambda kind=kind: clients[kind].call_async(kind()), 'the first answer')
 
-        def ask(*requests):
-            futures = [clients[type(request)].call_async(request) for request in requests]
-            deadline = time.monotonic() + 20
-            while not all(future.done() for future in futures):
-                assert process.poll() is None, process.stderr_text
-                assert time.monotonic() < deadline
-                executor.spin_once(timeout_sec=0.1)
-            return [future.result() for future in futures]
+    def begin(request):
+        return clients[type(request)].call_async(request)
 
-        try:
-            assert all(client.wait_for_service(60) for client in clients.values())
-            settle(executor)
-            yield ask
-        finally:
-            executor.shutdown()
-            node.destroy_node()
-            rclpy.shutdown(context=context)
+    def ask(*requests):
+        futures = [begin(request) for request in requests]
+        client.until(lambda: all(future.done() for future in futures), 'all answers')
+        assert process.poll() is None, process.stderr_text
+        return [future.result() for future in futures]
+
+    ask.begin = begin
+    return ask
 
 
 def request(environment=None, complexity=False, rows=slice(None)):
@@ -221,6 +207,27 @@ def test_a_signal_ends_it_cleanly(start, number):
     assert 'Traceback' not in process.stderr_text
 
 
+def test_a_request_that_comes_again_is_played_once_and_answered_again(asker):
+    """The second answer came from memory: the request under the number has other episodes."""
+    asked = request()
+    asked.number = 7
+    (first,) = asker(asked)
+    again, another = request(rows=slice(0, 3)), request(rows=slice(0, 3))
+    again.number, another.number = 7, 8
+    second, other = asker(again, another)
+    assert (first.number, second.number, other.number) == (7, 7, 8)
+    assert first.capture_ticks == second.capture_ticks
+    assert other.capture_ticks == first.capture_ticks[:3]
+
+
+def test_a_request_that_comes_again_while_it_is_played_is_answered_where_it_was_asked_last(asker):
+    slow, again = request(), request()
+    slow.number = again.number = 9
+    asker.begin(slow)
+    (answer,) = asker(again)
+    assert answer.success and answer.number == 9
+
+
 def test_bad_options(start):
-    process = start(['coevo_manager', 'evaluator', '--parent', 'me'])
+    process = start(['coevo_manager', 'evaluator', '--parent', '1'])
     assert process.wait(30) == 2

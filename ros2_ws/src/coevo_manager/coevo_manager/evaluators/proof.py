@@ -1,0 +1,76 @@
+"""How answers are proved: by their form, by known episodes, by playing one episode again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from coevo_manager.core.evaluation import Batch, Lineage, all_pairs
+from neuro_controller.core.genome import random_genomes
+
+
+def fault(
+    work: Batch | Lineage, success: bool, message: str, ticks: np.ndarray, episode_ticks: int
+) -> str:
+    """Return what is wrong with an answer, as a clause that begins with a verb; '' if nothing.
+
+    Parameters
+    ----------
+    work : Batch or Lineage
+        What was asked.
+    success, message
+        Whether the evaluator says it has played, and if not, why.
+    ticks : int32 (n,)
+        Its capture ticks.
+    episode_ticks : int
+        Length of an episode.
+    """
+    if not success:
+        return f'refused its work: {message}'
+    if len(ticks) != len(work):
+        return f'answered {len(ticks)} episodes of {len(work)}'
+    wrong = (ticks < 1) | (ticks > episode_ticks)
+    if wrong.any():
+        return f'answered tick {ticks[wrong][0]}, expected 1 to {episode_ticks}'
+    return ''
+
+
+def known_episodes() -> Batch:
+    """Return the episodes by which evaluators are compared: sixteen pairs of random genomes."""
+    rng = np.random.default_rng(0)
+    pairs = np.arange(16, dtype=np.uint32)
+    return Batch(random_genomes(16, rng), random_genomes(16, rng), pairs, pairs)
+
+
+def sample(
+    work: Batch | Lineage, ticks: np.ndarray, rng: np.random.Generator
+) -> tuple[Batch, int]:
+    """Draw one episode of an answer; return it and the tick at which it is said to have ended."""
+    episode = int(rng.integers(len(work)))
+    if isinstance(work, Lineage):
+        generation, opponent = divmod(episode, len(work.opponents))
+        ours = _offspring(work, ticks, generation)[np.newaxis]
+        batch = all_pairs(work.species, ours, work.opponents[opponent : opponent + 1])
+    else:
+        alone = np.zeros(1, np.uint32)
+        predator, prey = work.predator_index[episode], work.prey_index[episode]
+        batch = Batch(
+            work.predators[predator : predator + 1], work.prey[prey : prey + 1], alone, alone
+        )
+    return batch, int(ticks[episode])
+
+
+def _offspring(lineage: Lineage, ticks: np.ndarray, generation: int) -> np.ndarray:
+    """Return the genome that played in a generation, as the ticks of those before tell."""
+    parent, best = lineage.parent, lineage.parent_ticks
+    totals = ticks.reshape(-1, len(lineage.opponents)).sum(axis=1, dtype=np.int64)
+    ends = np.cumsum(lineage.redrawn)
+    for number in range(generation + 1):
+        changes = slice(int(ends[number] - lineage.redrawn[number]), int(ends[number]))
+        offspring = parent.copy()
+        offspring[lineage.genes[changes]] = lineage.values[changes]
+        total = int(totals[number])
+        if number < generation and (
+            total <= best if lineage.species == 'predator' else total >= best
+        ):
+            parent, best = offspring, total
+    return offspring

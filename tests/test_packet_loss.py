@@ -1,0 +1,65 @@
+"""Answers arrive although every fifth packet is lost, on a transport that loses packets."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from evolve_runs import TOY, read_files
+from ros_processes import ROOT
+
+LOSS = 0.2
+CLIENT = """
+import os, sys
+from coevo_msgs.action import RunEpisode
+from ros_client import GoalClient, ros_client
+
+class Counting(GoalClient):
+    sent = 0
+
+    def send_goal_async(self, *arguments):
+        self.sent += 1
+        return super().send_goal_async(*arguments)
+
+goals = int(sys.argv[1])
+arrived = repeated = 0
+for _ in range(goals):
+    with ros_client(os.environ) as client:
+        action = Counting(client, RunEpisode, 'run_episode')
+        goal = RunEpisode.Goal()
+        goal.environment.episode_ticks = 0
+        handle = action.send(goal)
+        assert 'episode_ticks is 0' in action.result(handle).result.message
+        arrived += handle.accepted
+        repeated += action.sent > 1
+        print(f'{arrived} of {goals} goals answered, {repeated} sent again', flush=True)
+"""
+
+
+@pytest.fixture(scope='session')
+def loss(tmp_path_factory):
+    """What a process needs in its environment to lose packets."""
+    library = tmp_path_factory.mktemp('loss') / 'packet_loss.so'
+    source = ROOT / 'tests' / 'packet_loss.c'
+    subprocess.run(['cc', '-shared', '-fPIC', '-o', library, source, '-ldl'], check=True)
+    return {
+        'LD_PRELOAD': str(library),
+        'PACKET_LOSS': str(LOSS),
+        'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4',  # shared memory loses nothing
+        'PYTHONPATH': os.pathsep.join([str(ROOT / 'tests'), os.environ.get('PYTHONPATH', '')]),
+    }
+
+
+def test_goals_are_accepted_and_answered(start, loss):
+    start(['coevo_manager', 'episodes'], loss).wait_for_output('ready on', 60)
+    client = start([sys.executable, '-c', CLIENT, '5'], loss)
+    assert client.wait(200) == 0, client.stderr_text
+    assert client.stdout_text.splitlines()[-1].startswith('5 of 5 goals')
+
+
+def test_a_run_is_the_same(start, loss, tmp_path):
+    options = [*TOY, '--phases', '4', '--evaluators', '2']
+    for name, changes in (('lossy', loss), ('whole', {})):
+        run = start(['coevo_manager', 'evolve', *options, '--out', tmp_path / name], changes)
+        assert run.wait(120) == 0, run.stderr_text
+    assert read_files(tmp_path / 'lossy') == read_files(tmp_path / 'whole')
