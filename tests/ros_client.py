@@ -15,7 +15,7 @@ from rclpy.task import Future
 
 from node_runner import ask, make_executor, new_number, wait_until
 
-TIMEOUT = 40.0
+TIMEOUT = 120.0
 """How long anything may take, s; the first time, a process compiles its kernels."""
 
 

@@ -18,7 +18,7 @@ from coevo_manager.evaluators.work_queue import Part
 from node_runner import new_number
 
 START_PATIENCE = 180.0
-"""How long an own evaluator may take to start, and to compile what it runs, s."""
+"""How long an own evaluator may compute to start, and to compile what it runs, s of CPU time."""
 
 START_IDLENESS = 10.0
 """How long an own evaluator that starts may compute nothing, s: then it hangs."""
@@ -185,7 +185,7 @@ class EvaluatorClient:
         if not self.admitted:
             return self.process is not None and (
                 self.process.idle_seconds() > START_IDLENESS
-                or now - self._last_event > START_PATIENCE
+                or self.process.cpu_seconds > START_PATIENCE
             )
         if not self._in_flight:
             return False

@@ -30,6 +30,8 @@ class EvaluatorProcess(Child):
     ----------
     service : str
         Full name of its service.
+    cpu_seconds : float
+        What it has computed when `idle_seconds` was asked for last, s of CPU time.
     """
 
     def __init__(self) -> None:
@@ -46,7 +48,7 @@ class EvaluatorProcess(Child):
             # The kernel is its only work: no threads of BLAS beside it.
             env=os.environ | {'OPENBLAS_NUM_THREADS': '1'},
         )
-        self._cpu_time = 0.0
+        self.cpu_seconds = 0.0
         self._computed_at = time.monotonic()
 
     def idle_seconds(self) -> float:
@@ -55,8 +57,8 @@ class EvaluatorProcess(Child):
             user, system, *_ = psutil.Process(self.pid).cpu_times()
         except psutil.Error:
             user = system = 0.0
-        if user + system > self._cpu_time:
-            self._cpu_time = user + system
+        if user + system > self.cpu_seconds:
+            self.cpu_seconds = user + system
             self._computed_at = time.monotonic()
         return time.monotonic() - self._computed_at
 
