@@ -95,7 +95,7 @@ def graph(command: str) -> Callable[[list[str]], int]:
     def ask(arguments: list[str]) -> int:
         import ros2_graph  # here, as above
 
-        return ros2_graph.ask(command, arguments)
+        return ros2_graph.carry_out(command, arguments)
 
     return ask
 

@@ -1,6 +1,7 @@
 """The commands of ``ros2`` that ask running nodes: node, topic, param, lifecycle, service."""
 
 import argparse
+import functools
 import statistics
 import sys
 import time
@@ -18,7 +19,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, get_parameter_value, parameter_value_to_python
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from node_runner import make_executor, run_ros, settle, wait_until
+from node_runner import ask, make_executor, new_number, run_ros, wait_until
 
 PATIENCE = 10.0
 """How long a node, a topic's publisher or an answer may take to come, s."""
@@ -55,10 +56,10 @@ class Graph:
         """Return the answer of a service."""
         client = self.node.create_client(service_type, name)
         self.wait(client.service_is_ready, f'the start of {name}')
-        settle(self._executor)
-        future = client.call_async(request)
-        self.wait(future.done, f'an answer of {name}')
-        return future.result()
+        if getattr(request, 'number', None) == 0:
+            request.number = new_number()
+        send = functools.partial(client.call_async, request)
+        return ask(self._executor, send, PATIENCE, f'an answer of {name}')
 
     def type_of(self, topic: str) -> str:
         """Return the type of a topic's messages, once somebody publishes it."""
@@ -240,10 +241,15 @@ def lifecycle_set(graph: Graph, options: argparse.Namespace) -> int:
     service = f'{options.node}/get_available_transitions'
     answer = graph.call(GetAvailableTransitions, service, GetAvailableTransitions.Request())
     available = [description.transition for description in answer.available_transitions]
-    for transition in available:
+    for description in answer.available_transitions:
+        transition = description.transition
         if options.transition in (transition.label, str(transition.id)):
             request = ChangeState.Request(transition=transition)
-            if graph.call(ChangeState, f'{options.node}/change_state', request).success:
+            done = graph.call(ChangeState, f'{options.node}/change_state', request).success
+            if not done:  # it is refused too where it was done and only the answer was lost
+                state = graph.call(GetState, f'{options.node}/get_state', GetState.Request())
+                done = state.current_state.id == description.goal_state.id
+            if done:
                 print('Transitioning successful')
                 return 0
             print('Transitioning failed')
@@ -294,7 +300,7 @@ COMMANDS: dict[str, dict[str, tuple[Callable, tuple[str, ...]]]] = {
 }
 
 
-def ask(command: str, arguments: list[str]) -> int:
+def carry_out(command: str, arguments: list[str]) -> int:
     """Carry out a command such as ``topic`` with its verb and arguments."""
     parser = _Parser(prog=f'ros2 {command}')
     verbs = parser.add_subparsers(required=True, metavar='VERB')

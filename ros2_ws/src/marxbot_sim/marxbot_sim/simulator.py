@@ -64,7 +64,7 @@ class Simulator(Node):
         self._transforms = Transforms(self, dict.fromkeys(ROBOTS, description))
         self._markers = ArenaMarkers()
         self._commands = Commands(self, parameters, self._complaints.warn, self._advance_lockstep)
-        self._last_step = 0, Step.Response()
+        self._last_step = 0, None
         for service in SERVICES:
             answer = getattr(self, f'_on_{service.name.removeprefix("~/")}')
             self.create_service(service.type, service.name, answer)
