@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.service import Service
 
-from coevo_manager.command_line import Parser, add_option
+from coevo_manager.command_line import Parser
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.evaluators.messages import (
     to_batch,
@@ -29,7 +29,6 @@ from coevo_manager.evaluators.messages import (
     to_lineage,
     to_sequence,
 )
-from marxbot_sim.core.fields import Option
 from neuro_controller.core.genome import GENES
 from node_runner import own_arguments, start_ros
 
