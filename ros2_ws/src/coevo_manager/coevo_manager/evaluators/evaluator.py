@@ -12,7 +12,6 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import numpy as np
 import rclpy
 from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
@@ -22,14 +21,13 @@ from rclpy.qos import QoSProfile
 from rclpy.service import Service
 
 from coevo_manager.command_line import Parser
-from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
+from coevo_manager.core.episodes import Environment, EpisodeStream
 from coevo_manager.evaluators.messages import (
     to_batch,
     to_environment,
     to_lineage,
     to_sequence,
 )
-from neuro_controller.core.genome import GENES
 from node_runner import own_arguments, start_ros
 
 WAIT = 0.1
@@ -198,12 +196,6 @@ class EvaluatorNode(Node):
             self.get_logger().warning(f'an answer could not be sent: {error}')
 
 
-def _compile() -> None:
-    """Compile the simulation, or load it compiled: the first answer shall not wait for it."""
-    genomes = np.zeros((1, GENES), np.float32)
-    evaluate_pairs(genomes, genomes, [0], [0], Environment(episode_ticks=1))
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the executable ``evaluator``; return its exit code."""
     parser = Parser(
@@ -213,7 +205,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
     parser.parse_args(own_arguments(command_line))
-    _compile()
     start_ros(command_line)
     stop = threading.Event()
     node = EvaluatorNode()
