@@ -5,6 +5,7 @@ import hashlib
 
 import numpy as np
 import pytest
+import reference.disturbance
 from scipy import stats
 
 from coevo_manager.core.episodes import (
@@ -15,8 +16,9 @@ from coevo_manager.core.episodes import (
     trace_pair,
 )
 from coevo_manager.core.episodes.numbering import episode_numbers
+from marxbot_sim.core.disturbance import PerturbedRobots
 from marxbot_sim.core.parameters import START_POSES
-from marxbot_sim.core.perturbations import Perturbations
+from marxbot_sim.core.perturbations import PERFECT, Perturbations
 from neuro_controller.core.genome import random_genomes
 
 IMPERFECT = Perturbations(
@@ -156,6 +158,32 @@ def test_robots_start_elsewhere_against_each_opponent_and_alike_against_the_same
     reseeded = dataclasses.replace(environment.perturbations, seed=1)
     environment = dataclasses.replace(environment, perturbations=reseeded)
     assert (trace_pair(predators[0], prey[0], environment).poses[0] != start(1, 1)).all()
+
+
+@pytest.mark.parametrize('robots', ['both', 'predator', 'prey'])
+def test_imperfect_robots_are_those_of_the_reference(robots):
+    """Tick by tick, in float64 and from other code: starts, noise, losses, latency, battery."""
+    some = dataclasses.replace(IMPERFECT, robots=robots, latency_ticks=2, command_loss=0.3)
+    speeds, opponents, rng = (8.5, 10.0), (2**63 + 5, 17), np.random.default_rng(4)
+    robots_here = PerturbedRobots(some, speeds)
+    robots_here.begin(opponents)
+    references = [
+        reference.disturbance.Robot(some if some.affects(i) else PERFECT, i, speeds[i], number)
+        for i, number in enumerate(opponents)
+    ]
+    np.testing.assert_allclose(
+        robots_here.starts(opponents), [each.start() for each in references], atol=1e-12
+    )
+    for _ in range(60):
+        readings = rng.uniform(0, [0.115] * 24 + [1] * 13, (2, 37)).astype(np.float32)
+        commands = rng.uniform(-10, 10, (2, 2)).astype(np.float32)
+        expected = [each.sense(row) for each, row in zip(references, readings, strict=True)]
+        np.testing.assert_allclose(robots_here.sense(readings), expected, atol=2e-6)
+        driven = [each.drive(row) for each, row in zip(references, commands, strict=True)]
+        for part, theirs in zip(
+            robots_here.drive(commands), zip(*driven, strict=True), strict=True
+        ):
+            np.testing.assert_allclose(part, theirs, atol=2e-5)
 
 
 def test_episode_numbers_differ_wherever_genomes_do():

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from coevo_manager.core.episodes import Environment, measure_pairs
+from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 
 SOURCES = Path(__file__).parents[1] / 'ros2_ws' / 'src'
@@ -19,6 +20,20 @@ ENVIRONMENTS = [
     Environment(obstacle=True),
     Environment(obstacle=True, wall_contact='undo', infrared_response='linear'),
     Environment(wall_friction=0.0, ground_coding='raw', motor_map='printed'),
+    Environment(
+        perturbations=Perturbations(
+            infrared_noise=0.01,
+            camera_noise=0.05,
+            ground_noise=0.005,
+            motor_noise=0.05,
+            latency_ticks=1,
+            battery=0.9,
+            command_loss=0.05,
+            wheel_separation_scale=0.95,
+            start_displacement=0.3,
+            start_rotation=3.0,
+        ),
+    ),
 ]
 TARGETS = {
     'AVX2 with FMA': {'NUMBA_CPU_NAME': 'haswell', 'NUMBA_CPU_FEATURES': '+avx2,+fma'},

@@ -16,13 +16,12 @@ from pathlib import Path
 import numpy as np
 import rclpy
 from bench_loop import measure_loop
+from bench_worlds import measure_worlds
 
-from coevo_manager.analysis.transfer.measure import ALL
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.core.evolution import Evolution, load_configuration
 from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.recording.player import STANDING, EpisodePlayer
-from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 
 ARENAS = {'open': Environment(), 'obstacle': Environment(obstacle=True)}
@@ -176,17 +175,24 @@ class Bench:
         values = sorted(_lockstep_rate(environment) for _ in range(self.runs))
         self.report('lockstep over topics', values, 'ticks/s')
 
+    def worlds(self):
+        """Imperfect robots against perfect ones, on each target of LLVM; one core."""
+        measured = measure_worlds(*self.populations['evolved', 'open'], self.pairs, self.runs)
+        for target, rates in measured.items():
+            perfect = rates['faithful']
+            for world, values in rates.items():
+                self.report(
+                    f'{world}, {target}', sorted(v / 1e6 for v in values), 'M pair-ticks/s'
+                )
+                if world != 'faithful':
+                    ratios = sorted(v / p for v, p in zip(values, perfect, strict=True))
+                    self.report(f'{world} : faithful, {target}', ratios, 'x')
+
     def pymunk(self):
-        """Imperfect robots, and rigid bodies, against the kernel; one core."""
-        kernel = self.play('evolved', 'open')
-        imperfect = self.play('evolved', 'open', perturbations=Perturbations(**ALL))
+        """Rigid bodies; one core."""
         few = self.pairs[:, :: max(1, self.pairs.shape[1] // (64 if self.quick else 256))]
         rigid = self.play('evolved', 'open', few, physics='pymunk')
-        for play in (imperfect, rigid):
-            play()
-        fast = self.rate('perfect robots', kernel)
-        slow = self.rate('all perturbations', imperfect)
-        self.ratio('all perturbations : perfect robots', slow, fast)
+        rigid()
         self.rate('pymunk, 32 arenas in a space', rigid, 'k pair-ticks/s', 1e3)
 
 
@@ -234,6 +240,7 @@ SECTIONS = {
     'services': Bench.services,
     'start': Bench.start,
     'lockstep': Bench.lockstep,
+    'worlds': Bench.worlds,
     'pymunk': Bench.pymunk,
 }
 

@@ -1,7 +1,7 @@
-"""Sixteen float32 lanes as one value, and elementary functions over them."""
+"""Sixteen 32-bit lanes as one value, and elementary functions over them."""
 
 from simd_lanes import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
-from simd_lanes.cache import compile_kernel
+from simd_lanes.cache import compile_kernel, kernel_part
 from simd_lanes.functions import (
     arcsine,
     arctan2,
@@ -15,16 +15,19 @@ from simd_lanes.lanes import (
     LANES,
     Lanes,
     Mask,
+    Words,
     absolute,
     aligned_rows,
     any_lane,
     copy_sign,
     fma,
+    from_bits,
     lane_bits,
     load,
     maximum,
     minimum,
     select,
+    signed,
     splat,
     square_root,
     store,
@@ -36,6 +39,7 @@ __all__ = [
     'LANES',
     'Lanes',
     'Mask',
+    'Words',
     'absolute',
     'aligned_rows',
     'any_lane',
@@ -45,6 +49,8 @@ __all__ = [
     'copy_sign',
     'cosine',
     'fma',
+    'from_bits',
+    'kernel_part',
     'lane_bits',
     'load',
     'logistic',
@@ -52,6 +58,7 @@ __all__ = [
     'minimum',
     'reciprocal',
     'select',
+    'signed',
     'sine_over',
     'splat',
     'square_root',

@@ -31,6 +31,21 @@ def compile_kernel(function):
     return dispatcher
 
 
+def kernel_part(function):
+    """Compile a function that kernels call: inlined there, and without counting references.
+
+    Numba counts who refers to an array by atomic operations of some 20 cycles each, dozens in a
+    tick where LLVM does not see that they cancel. A part of a kernel, and whatever it calls, only
+    borrows its arrays: it can neither make one nor return one.
+
+    Parameters
+    ----------
+    function : callable
+        What ``numba.njit`` takes.
+    """
+    return numba.njit(forceinline=True, _nrt=False)(function)
+
+
 class _KernelCache(FunctionCache):
     """Numba's cache of one function, valid for one state of all sources that it depends on."""
 

@@ -25,6 +25,13 @@ class LanesType(types.Type):
         super().__init__(name='Lanes')
 
 
+class WordsType(types.Type):
+    """The type of `Words`."""
+
+    def __init__(self):
+        super().__init__(name='Words')
+
+
 class MaskType(types.Type):
     """The type of a `Mask`."""
 
@@ -38,6 +45,12 @@ class _LanesModel(models.PrimitiveModel):
         super().__init__(manager, kind, _FLOATS)
 
 
+@register_model(WordsType)
+class _WordsModel(models.PrimitiveModel):
+    def __init__(self, manager, kind):
+        super().__init__(manager, kind, _INTS)
+
+
 @register_model(MaskType)
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager, kind):
@@ -45,15 +58,23 @@ class _MaskModel(models.PrimitiveModel):
 
 
 _lanes = LanesType()
+_words = WordsType()
 _mask = MaskType()
-_rows = types.Array(types.float32, 2, 'C')
+_scalars = {_lanes: types.float32, _words: types.int64}
 
 
 def _splat(builder, scalar):
+    if scalar.type == ir.IntType(64):
+        scalar = builder.trunc(scalar, _I32)
     vector = builder.insert_element(
-        ir.Constant(_FLOATS, ir.Undefined), scalar, ir.Constant(_I32, 0)
+        ir.Constant(ir.VectorType(scalar.type, LANES), ir.Undefined), scalar, _I32(0)
     )
     return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
+
+
+def _declare(function, cases):
+    """Say with which types `function` may be called."""
+    infer_global(function)(type('Template', (ConcreteTemplate,), {'cases': cases}))
 
 
 def _define(function, result, arguments, generate):
@@ -69,18 +90,16 @@ def _define(function, result, arguments, generate):
         ``generate(builder, *values)`` emits the instructions and returns the result; scalars
         arrive in all lanes.
     """
-    kinds = [(kind, types.float32) if kind is _lanes else (kind,) for kind in arguments]
-    cases = [case for case in itertools.product(*kinds) if set(case) != {types.float32}]
-    cases = cases or [(types.float32,)]
-    infer_global(function)(
-        type('Template', (ConcreteTemplate,), {'cases': [signature(result, *c) for c in cases]})
-    )
+    kinds = [(kind, _scalars[kind]) if kind in _scalars else (kind,) for kind in arguments]
+    scalars = set(_scalars.values())
+    cases = [case for case in itertools.product(*kinds) if not scalars.issuperset(case)]
+    _declare(function, [signature(result, *case) for case in cases])
 
     def lower(context, builder, sig, values):
         return generate(
             builder,
             *(
-                _splat(builder, v) if kind is types.float32 else v
+                _splat(builder, v) if kind in scalars else v
                 for v, kind in zip(values, sig.args, strict=True)
             ),
         )
@@ -133,6 +152,21 @@ for _operator, _instruction in {
         (_lanes, _lanes),
         lambda builder, a, b, instruction=_instruction: getattr(builder, instruction)(a, b),
     )
+for _operator, _instruction in {
+    'add': 'add',
+    'mul': 'mul',
+    'xor': 'xor',
+    'and_': 'and_',
+    'or_': 'or_',
+    'lshift': 'shl',
+    'rshift': 'lshr',
+}.items():
+    _define(
+        getattr(operator, _operator),
+        _words,
+        (_words, _words),
+        lambda builder, a, b, instruction=_instruction: getattr(builder, instruction)(a, b),
+    )
 for _operator, _symbol in {'lt': '<', 'le': '<=', 'gt': '>', 'ge': '>='}.items():
     _define(getattr(operator, _operator), _mask, (_lanes, _lanes), _compare(_symbol))
 _define(operator.neg, _lanes, (_lanes,), lambda builder, a: builder.fneg(a))
@@ -173,19 +207,14 @@ _define(
 )
 
 
-def _splat_integer(builder, scalar):
-    vector = builder.insert_element(
-        ir.Constant(_INTS, ir.Undefined), builder.trunc(scalar, _I32), _I32(0)
-    )
-    return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
-
-
+_define(plain.from_bits, _lanes, (_words,), lambda builder, a: builder.bitcast(a, _FLOATS))
+_define(plain.signed, _lanes, (_words,), lambda builder, a: builder.sitofp(a, _FLOATS))
 _define(
     plain.subtract_bits,
     _lanes,
-    (types.int64, _lanes),
+    (_words, _lanes),
     lambda builder, constant, a: builder.bitcast(
-        builder.sub(_splat_integer(builder, constant), builder.bitcast(a, _INTS)), _FLOATS
+        builder.sub(constant, builder.bitcast(a, _INTS)), _FLOATS
     ),
 )
 _define(
@@ -201,36 +230,41 @@ def _lower_splat(context, builder, sig, values):
     return _splat(builder, values[0])
 
 
-infer_global(plain.splat)(
-    type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, types.float32)]})
-)
+_declare(plain.splat, [signature(_lanes, types.float32)])
 
 
-def _row_pointer(context, builder, sig, values):
+def _row_pointer(context, builder, sig, values, vector):
     array = context.make_array(sig.args[0])(context, builder, values[0])
     index = builder.mul(values[1], ir.IntType(64)(LANES))
     address = builder.gep(array.data, [index])
-    return builder.bitcast(address, ir.PointerType(_FLOATS))
+    return builder.bitcast(address, ir.PointerType(vector))
 
 
-@lower_builtin(plain.load, _rows, types.intp)
-def _lower_load(context, builder, sig, values):
-    return builder.load(_row_pointer(context, builder, sig, values), align=4)
+def _define_memory(kind, vector, rows):
+    """Say how rows of one kind of vector are loaded and stored."""
+
+    @lower_builtin(plain.load, rows, types.intp)
+    def lower_load(context, builder, sig, values):
+        return builder.load(_row_pointer(context, builder, sig, values, vector), align=4)
+
+    @lower_builtin(plain.store, rows, types.intp, kind)
+    def lower_store(context, builder, sig, values):
+        builder.store(values[2], _row_pointer(context, builder, sig, values, vector), align=4)
+        return context.get_dummy_value()
 
 
-@lower_builtin(plain.store, _rows, types.intp, LanesType)
-def _lower_store(context, builder, sig, values):
-    builder.store(values[2], _row_pointer(context, builder, sig, values), align=4)
-    return context.get_dummy_value()
-
-
-infer_global(plain.load)(
-    type('Template', (ConcreteTemplate,), {'cases': [signature(_lanes, _rows, types.intp)]})
+_floats = types.Array(types.float32, 2, 'C')
+_integers = types.Array(types.uint32, 2, 'C')
+_define_memory(_lanes, _FLOATS, _floats)
+_define_memory(_words, _INTS, _integers)
+_declare(
+    plain.load,
+    [signature(_lanes, _floats, types.intp), signature(_words, _integers, types.intp)],
 )
-infer_global(plain.store)(
-    type(
-        'Template',
-        (ConcreteTemplate,),
-        {'cases': [signature(types.none, _rows, types.intp, _lanes)]},
-    )
+_declare(
+    plain.store,
+    [
+        signature(types.none, _floats, types.intp, _lanes),
+        signature(types.none, _integers, types.intp, _words),
+    ],
 )

@@ -1,4 +1,4 @@
-"""Sixteen float32 lanes as one value, in compiled code and in plain Python.
+"""Sixteen 32-bit lanes as one value, in compiled code and in plain Python.
 
 Inside a function compiled by Numba a `Lanes` is LLVM's ``<16 x float>`` and a `Mask` its ``<16 x
 i1>``: one register of AVX-512, two of AVX2, four of SSE2 or NEON. Every operation is the one that
@@ -9,8 +9,12 @@ processor.
 In plain Python (``NUMBA_DISABLE_JIT=1``) the same names work on NumPy arrays and give the same
 bits, slowly: this module is that meaning, `compiled` the other one.
 
-A scalar is accepted wherever a `Lanes` is and means that float32 in each lane. Arithmetic between
-two scalars is done by Python or Numba, which differ in width: keep it out of kernels.
+`Words`, ``<16 x i32>``, are the same for unsigned integers modulo 2**32, of which random numbers
+are made.
+
+A scalar is accepted wherever a `Lanes` or `Words` is and means that float32, or that integer
+modulo 2**32, in each lane. Arithmetic between two scalars is done by Python or Numba, which differ
+in width: keep it out of kernels.
 """
 
 import numpy as np
@@ -68,6 +72,40 @@ class Lanes:
         return Mask(self.values >= _values(other))
 
 
+def _integers(x):
+    return x.values if isinstance(x, Words) else np.uint32(x & 0xFFFFFFFF)
+
+
+class Words:
+    """Sixteen unsigned integers modulo 2**32; `values` is a uint32 array of shape (16,)."""
+
+    __slots__ = ('values',)
+
+    def __init__(self, values):
+        self.values = np.asarray(values, dtype=np.uint32)
+
+    def __add__(self, other):
+        return Words(self.values + _integers(other))
+
+    def __mul__(self, other):
+        return Words(self.values * _integers(other))
+
+    def __xor__(self, other):
+        return Words(self.values ^ _integers(other))
+
+    def __and__(self, other):
+        return Words(self.values & _integers(other))
+
+    def __or__(self, other):
+        return Words(self.values | _integers(other))
+
+    def __lshift__(self, places):
+        return Words(self.values << np.uint32(places))
+
+    def __rshift__(self, places):
+        return Words(self.values >> np.uint32(places))
+
+
 class Mask:
     """Sixteen truth values, what comparing `Lanes` gives; `values` is an array of shape (16,)."""
 
@@ -86,21 +124,27 @@ class Mask:
         return Mask(~self.values)
 
 
-def aligned_rows(count):
-    """Return zeros, float32 of shape (count, 16), each row on a cache line of its own."""
-    memory = np.zeros(count * LANES + LANES, dtype=np.float32)
+def aligned_rows(count, dtype=np.float32):
+    """Return zeros of 32 bits, shape (count, 16), each row on a cache line of its own."""
+    memory = np.zeros(count * LANES + LANES, dtype=dtype)
     start = (-memory.ctypes.data // memory.itemsize) % LANES
     return memory[start : start + count * LANES].reshape(count, LANES)
 
 
 def load(rows, row):
-    """Return a row of a C-contiguous float32 array of shape (n, 16), bounds unchecked."""
-    return Lanes(rows[row].copy())
+    """Return a row of a C-contiguous array of shape (n, 16), bounds unchecked.
+
+    It is a `Lanes` where the array is of float32, `Words` where it is of uint32.
+    """
+    return (Words if rows.dtype == np.uint32 else Lanes)(rows[row].copy())
 
 
 def store(rows, row, value):
-    """Write a row of a C-contiguous float32 array of shape (n, 16), bounds unchecked."""
-    rows[row] = _values(value)
+    """Write a row of a C-contiguous array of shape (n, 16), bounds unchecked.
+
+    The array is of float32 for a `Lanes` and of uint32 for `Words`.
+    """
+    rows[row] = value.values
 
 
 def splat(scalar):
@@ -169,6 +213,16 @@ def any_lane(mask):
 def lane_bits(mask):
     """Return the mask as an integer, lane i as bit i."""
     return int(np.packbits(mask.values, bitorder='little').view(np.uint16)[0])
+
+
+def from_bits(words):
+    """Return the float32 that have these bit patterns."""
+    return Lanes(words.values.view(np.float32))
+
+
+def signed(words):
+    """Return the words as signed integers, -2**31 to 2**31 - 1, rounded to float32."""
+    return Lanes(words.values.view(np.int32))
 
 
 def subtract_bits(constant, a):

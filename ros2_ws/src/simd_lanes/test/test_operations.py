@@ -12,11 +12,13 @@ from simd_lanes import (
     any_lane,
     copy_sign,
     fma,
+    from_bits,
     lane_bits,
     load,
     maximum,
     minimum,
     select,
+    signed,
     splat,
     square_root,
     store,
@@ -24,7 +26,7 @@ from simd_lanes import (
 )
 from simd_lanes.lanes import add_exponent, subtract_bits
 
-F = np.float32
+F, U = np.float32, np.uint32
 ROWS = 200
 
 
@@ -160,6 +162,57 @@ def test_operation_equals_numpy_bit_for_bit(name):
     result = bits(expected(*arrays))
     assert (bits(compiled(function, arrays)) == result).all()
     assert (bits(plain(function, arrays)) == result).all()
+
+
+WORDS = {
+    'add': (lambda a, b: a + b, lambda a, b: a + b),
+    'multiply': (lambda a, b: a * b, lambda a, b: a * b),
+    'exclusive or': (lambda a, b: a ^ b, lambda a, b: a ^ b),
+    'and': (lambda a, b: a & b, lambda a, b: a & b),
+    'or': (lambda a, b: a | b, lambda a, b: a | b),
+    'shift left': (lambda a, b: (a << 13) + b, lambda a, b: (a << U(13)) + b),
+    'shift right': (lambda a, b: (a >> 13) + b, lambda a, b: (a >> U(13)) + b),
+    'scalars': (
+        lambda a, b: ((a + 0x9E3779B9) * 0xD35A2D97) ^ (b & 0x007FE000),
+        lambda a, b: ((a + U(0x9E3779B9)) * U(0xD35A2D97)) ^ (b & U(0x007FE000)),
+    ),
+    'scalar that needs more bits': (lambda a, b: a + b * 0x1_0000_0003, lambda a, b: a + b * U(3)),
+}
+
+
+@pytest.mark.parametrize('name', WORDS)
+def test_integer_operation_equals_numpy(name):
+    function, expected = WORDS[name]
+    a, b = np.random.default_rng(1).integers(0, 2**32, (2, ROWS, LANES), dtype=U)
+    jitted = numba.njit(function)
+
+    @numba.njit
+    def over(a, b, out):
+        for row in range(a.shape[0]):
+            store(out, row, jitted(load(a, row), load(b, row)))
+
+    out, plain_out = np.empty_like(a), np.empty_like(a)
+    over(a, b, out)
+    for row in range(ROWS):
+        store(plain_out, row, function(load(a, row), load(b, row)))
+    assert (out == expected(a, b)).all()
+    assert (plain_out == out).all()
+
+
+def test_words_become_float32():
+    words = samples(1)[0].view(U)
+
+    @numba.njit
+    def convert(words, same_bits, same_values):
+        for row in range(words.shape[0]):
+            store(same_bits, row, from_bits(load(words, row)))
+            store(same_values, row, signed(load(words, row)))
+
+    for route in (convert, convert.py_func):
+        same_bits, same_values = np.zeros((2, ROWS, LANES), F)
+        route(words, same_bits, same_values)
+        assert (same_bits.view(U) == words).all()
+        assert (same_values == words.view(np.int32).astype(F)).all()
 
 
 def test_nothing_is_contracted_to_a_fused_multiply_add():

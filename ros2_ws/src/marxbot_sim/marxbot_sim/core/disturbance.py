@@ -8,29 +8,32 @@ import numpy as np
 
 from marxbot_sim.core.layout import (
     CAMERA,
-    CONTACT,
-    COSINE,
     GROUND,
     INFRARED,
     LEFT,
     READING_ROWS,
     RIGHT,
-    SINE,
-    TOUCH,
     WHEEL_ROWS,
-    X,
-    Y,
 )
-from marxbot_sim.core.parameters import BODY_RADIUS, INFRARED_RANGE, START_POSES
+from marxbot_sim.core.parameters import BODY_RADIUS, INFRARED_RANGE
 from marxbot_sim.core.perturbations import MAX_LATENCY_TICKS, PERFECT
-from marxbot_sim.core.randomness import NORMAL_BITS, normal, random_bits, uniform
+from marxbot_sim.core.randomness import (
+    four_normals,
+    four_words,
+    fractions,
+    mix_tick,
+    next_bits,
+    random_words,
+)
+from marxbot_sim.core.starts import episode_key, make_starts, start_pose
 from marxbot_sim.core.world import ROBOT_LANES
 from simd_lanes import (
     HALF,
-    LANES,
     aligned_rows,
+    any_lane,
     compile_kernel,
     fma,
+    kernel_part,
     load,
     maximum,
     minimum,
@@ -46,30 +49,28 @@ from simd_lanes import (
     LATENCY,
     SPEED_LIMIT,
     LOSS,
-    RADIUS_SCALE,
-    SEPARATION_SCALE,
-    DISPLACEMENT,
-    ROTATION,
-) = range(11)
-SETTING_ROWS = 11
+    ADVANCE_SCALE,
+    TURN_SCALE,
+) = range(9)
+SETTING_ROWS = 9
 
+_FIRST_KEY, _SECOND_KEY, _AGE = range(3)
+_COUNTER_ROWS = 3
 
-_PER_NUMBER = 60 // NORMAL_BITS  # normal values from one random number
-_SENSOR_NUMBERS = -(-TOUCH // _PER_NUMBER)
-_MOTORS, _PLACE, _TURN = 8, 9, 10  # the numbers of a tick: 0 to 7 for the sensors, then these
-_PER_TICK = 16
+_MOTOR_NUMBER, _LOSS_NUMBER = 12, 14  # the numbers of a tick: 0 to 11 for the sensors, then these
 _SLOTS = MAX_LATENCY_TICKS + 1
-_STARTS = np.array(START_POSES)
 
-Disturbance = namedtuple('Disturbance', 'settings keys ages noise held queue turning rolling')
+Disturbance = namedtuple(
+    'Disturbance', 'settings counters held queue clock latency turning rolling'
+)
 """State of the perturbations of 16 robots.
 
 settings : float32 (SETTING_ROWS, 16), by robot
-keys : uint64 (16,), of the episode's random numbers
-ages : int64 (16,), ticks since the episode's start
-noise : float32 (40, 16), what was drawn for the sensors in this tick
+counters : uint32 (3, 16), two words of the episode's key, and ticks since the episode's start
 held : float32 (2, 16), last command that was not lost, rad/s
 queue : float32 (22, 16), commands of the last ticks, rad/s
+clock : int64 (1,), ticks in which commands were late, of whatever episodes
+latency : int, ticks by which a command takes effect late where it does
 turning : float32 (2, 16), speeds of the wheels as their encoders count them, rad/s
 rolling : float32 (2, 16), wheel speeds with which a perfect robot would move as this one does
 """
@@ -86,16 +87,14 @@ def make_disturbance(perturbations, max_wheel_speeds):
 
     Returns
     -------
-    Disturbance, or None where nothing is imperfect
+    Disturbance, or None where nothing but starts is imperfect
     """
     p = perturbations
     if not p.active:
         return None
     settings = aligned_rows(SETTING_ROWS)
-    for robot, (name, speed) in enumerate(
-        zip(('predator', 'prey'), max_wheel_speeds, strict=True)
-    ):
-        own = p if p.robots in ('both', name) else PERFECT
+    for robot, speed in enumerate(max_wheel_speeds):
+        own = p if p.affects(robot) else PERFECT
         settings[:, robot * HALF : robot * HALF + HALF] = np.array(
             [
                 own.infrared_noise,
@@ -106,101 +105,104 @@ def make_disturbance(perturbations, max_wheel_speeds):
                 own.battery * speed if own.battery < 1 else math.inf,
                 own.command_loss,
                 own.wheel_radius_scale,
-                own.wheel_separation_scale,
-                own.start_displacement,
-                own.start_rotation,
+                own.wheel_radius_scale / own.wheel_separation_scale,
             ]
         )[:, None]
     disturbance = Disturbance(
         settings,
-        np.zeros(LANES, np.uint64),
-        np.zeros(LANES, np.int64),
-        aligned_rows(_PER_NUMBER * _SENSOR_NUMBERS),
+        aligned_rows(_COUNTER_ROWS, np.uint32),
         aligned_rows(WHEEL_ROWS),
         aligned_rows(WHEEL_ROWS * _SLOTS),
+        np.zeros(1, np.int64),
+        p.latency_ticks,
         aligned_rows(WHEEL_ROWS),
         aligned_rows(WHEEL_ROWS),
     )
-    for lane in range(LANES):
+    for lane in range(2 * HALF):
         begin(disturbance, lane, p.seed, 0)
     return disturbance
-
-
-@numba.njit
-def _episode_key(seed, episode, lane):
-    return random_bits(random_bits(np.uint64(seed), episode), lane // HALF)
 
 
 @compile_kernel
 def begin(disturbance, lane, seed, episode):
     """Begin the episode of that number, an integer >= 0, in a robot's lane."""
-    disturbance.keys[lane] = _episode_key(seed, episode, lane)
-    disturbance.ages[lane] = 0
-    disturbance.held[LEFT, lane] = disturbance.held[RIGHT, lane] = 0.0
+    key = episode_key(seed, episode, lane // HALF)
+    disturbance.counters[_FIRST_KEY, lane] = key >> np.uint64(32)
+    disturbance.counters[_SECOND_KEY, lane] = key & np.uint64(0xFFFFFFFF)
+    disturbance.counters[_AGE, lane] = 0
+    for row in range(WHEEL_ROWS):
+        disturbance.held[row, lane] = 0.0
+    for row in range(WHEEL_ROWS * _SLOTS):
+        disturbance.queue[row, lane] = 0.0
 
 
-@compile_kernel
-def start_pose(disturbance, lane, seed, episode):
-    """Return where that episode starts for the robot of a lane: x and y in m, heading in rad."""
-    key = _episode_key(seed, episode, lane)
-    place, turn = random_bits(key, _PLACE), random_bits(key, _TURN)
-    radius = disturbance.settings[DISPLACEMENT, lane] * math.sqrt(uniform(place))
-    direction = 2.0 * math.pi * uniform(place << np.uint64(24))
-    rotation = disturbance.settings[ROTATION, lane] * (2.0 * uniform(turn) - 1.0)
-    robot = lane // HALF
-    return (
-        _STARTS[robot, 0] + radius * math.cos(direction),
-        _STARTS[robot, 1] + radius * math.sin(direction),
-        _STARTS[robot, 2] + rotation,
-    )
+@numba.njit(forceinline=True)
+def _mix_tick(counters):
+    return mix_tick(load(counters, _FIRST_KEY), load(counters, _SECOND_KEY), load(counters, _AGE))
 
 
-@numba.njit
-def begin_at(disturbance, lane, seed, episode, bodies):
-    """Begin an episode in a robot's lane and put the robot where it starts, at rest."""
-    begin(disturbance, lane, seed, episode)
-    x, y, heading = start_pose(disturbance, lane, seed, episode)
-    bodies[X, lane], bodies[Y, lane], bodies[CONTACT, lane] = x, y, 0.0
-    bodies[COSINE, lane], bodies[SINE, lane] = math.cos(heading), math.sin(heading)
-
-
-@numba.njit
-def _draw(disturbance):
-    """Draw the tick's 36 sensor values for each robot."""
-    keys, ages, noise = disturbance.keys, disturbance.ages, disturbance.noise
-    for lane in range(LANES):
-        first = ages[lane] * _PER_TICK
-        for number in range(_SENSOR_NUMBERS):
-            bits = random_bits(keys[lane], first + number)
-            for index in range(_PER_NUMBER):
-                noise[_PER_NUMBER * number + index, lane] = normal(bits, index)
-
-
-@compile_kernel
+@kernel_part
 def disturb_readings(disturbance, readings):
     """Add the tick's noise to what the robots sense, float32 (READING_ROWS, 16)."""
-    _draw(disturbance)
-    settings, noise = disturbance.settings, disturbance.noise
-    deviation = load(settings, INFRARED_NOISE)
-    for row in range(INFRARED, CAMERA):
-        true = load(readings, row)
-        noisy = maximum(fma(deviation, load(noise, row), true), 0.0)
-        # As every distance: what a float32 distance from the centre, less the radius, can be.
-        noisy = (noisy + BODY_RADIUS) - BODY_RADIUS
-        store(readings, row, select(true > INFRARED_RANGE, true, noisy))
-    _disturb_fractions(settings, CAMERA_NOISE, noise, readings, CAMERA, GROUND)
-    _disturb_fractions(settings, GROUND_NOISE, noise, readings, GROUND, TOUCH)
+    settings = disturbance.settings
+    infrared = load(settings, INFRARED_NOISE)
+    camera, ground = load(settings, CAMERA_NOISE), load(settings, GROUND_NOISE)
+    tick = _mix_tick(disturbance.counters)
+    if any_lane(infrared > 0.0):
+        for block in range(2):
+            words = four_words(tick, 4 * block)
+            row = INFRARED + 12 * block
+            _disturb_distances(readings, row, infrared, four_normals(words))
+            words = next_bits(words)
+            _disturb_distances(readings, row + 4, infrared, four_normals(words))
+            words = next_bits(words)
+            _disturb_distances(readings, row + 8, infrared, four_normals(words))
+    if any_lane((camera > 0.0) | (ground > 0.0)):
+        words = four_words(tick, 8)
+        _disturb_fractions(readings, CAMERA, camera, four_normals(words))
+        words = next_bits(words)
+        _disturb_fractions(readings, CAMERA + 4, camera, four_normals(words))
+        words = next_bits(words)
+        _disturb_fractions(readings, GROUND, ground, four_normals(words))
 
 
-@numba.njit
-def _disturb_fractions(settings, setting, noise, readings, first, end):
-    deviation = load(settings, setting)
-    for row in range(first, end):
-        noisy = fma(deviation, load(noise, row), load(readings, row))
-        store(readings, row, minimum(maximum(noisy, 0.0), 1.0))
+@numba.njit(forceinline=True)
+def _disturb_distances(readings, row, deviation, normals):
+    """Disturb four infrared distances."""
+    _disturb_distance(readings, row, deviation, normals[0])
+    _disturb_distance(readings, row + 1, deviation, normals[1])
+    _disturb_distance(readings, row + 2, deviation, normals[2])
+    _disturb_distance(readings, row + 3, deviation, normals[3])
 
 
-@compile_kernel
+@numba.njit(forceinline=True)
+def _disturb_distance(readings, row, deviation, normal):
+    """Disturb an infrared distance; one beyond the range stays.
+
+    As every distance it is what a float32 distance from the centre, less the radius, can be.
+    """
+    true = load(readings, row)
+    noisy = maximum(fma(deviation, normal, true), 0.0)
+    noisy = (noisy + BODY_RADIUS) - BODY_RADIUS
+    store(readings, row, select(true > INFRARED_RANGE, true, noisy))
+
+
+@numba.njit(forceinline=True)
+def _disturb_fractions(readings, row, deviation, normals):
+    """Disturb four numbers and keep them in [0, 1]."""
+    _disturb_fraction(readings, row, deviation, normals[0])
+    _disturb_fraction(readings, row + 1, deviation, normals[1])
+    _disturb_fraction(readings, row + 2, deviation, normals[2])
+    _disturb_fraction(readings, row + 3, deviation, normals[3])
+
+
+@numba.njit(forceinline=True)
+def _disturb_fraction(readings, row, deviation, normal):
+    noisy = fma(deviation, normal, load(readings, row))
+    store(readings, row, minimum(maximum(noisy, 0.0), 1.0))
+
+
+@kernel_part
 def disturb_wheels(disturbance, commands):
     """Set how the wheels turn, and the robots move, in this tick; the next call is the next tick.
 
@@ -211,33 +213,56 @@ def disturb_wheels(disturbance, commands):
     commands : float32 array, shape (2, 16)
         Wheel speeds asked for, rad/s.
     """
-    settings, held, queue = disturbance.settings, disturbance.held, disturbance.queue
-    one, half = np.float32(1.0), np.float32(0.5)
-    for lane in range(LANES):
-        age = disturbance.ages[lane]
-        bits = random_bits(disturbance.keys[lane], age * _PER_TICK + _MOTORS)
-        if uniform(bits) >= settings[LOSS, lane]:
-            held[LEFT, lane], held[RIGHT, lane] = commands[LEFT, lane], commands[RIGHT, lane]
-        latency = int(settings[LATENCY, lane])
-        write, read = age % _SLOTS, (age - latency) % _SLOTS
-        limit, noise = settings[SPEED_LIMIT, lane], settings[MOTOR_NOISE, lane]
-        for wheel in range(WHEEL_ROWS):
-            queue[2 * write + wheel, lane] = held[wheel, lane]
-            speed = queue[2 * read + wheel, lane] if age >= latency else np.float32(0.0)
-            disturbance.turning[wheel, lane] = min(max(speed, -limit), limit)
-        turned_left, turned_right = (
-            disturbance.turning[LEFT, lane],
-            disturbance.turning[RIGHT, lane],
-        )
-        left = np.float32(turned_left * (one + noise * normal(bits, LEFT)))
-        right = np.float32(turned_right * (one + noise * normal(bits, RIGHT)))
-        mean = half * (left + right) * settings[RADIUS_SCALE, lane]
-        spread = (
-            half * (right - left) * settings[RADIUS_SCALE, lane] / settings[SEPARATION_SCALE, lane]
-        )
-        disturbance.rolling[LEFT, lane] = mean - spread
-        disturbance.rolling[RIGHT, lane] = mean + spread
-        disturbance.ages[lane] = age + 1
+    settings, counters = disturbance.settings, disturbance.counters
+    left, right = load(commands, LEFT), load(commands, RIGHT)
+    tick = _mix_tick(counters)
+    loss = load(settings, LOSS)
+    if any_lane(loss > 0.0):
+        lost = fractions(random_words(tick, _LOSS_NUMBER)) < loss
+        left = select(lost, load(disturbance.held, LEFT), left)
+        right = select(lost, load(disturbance.held, RIGHT), right)
+        store(disturbance.held, LEFT, left)
+        store(disturbance.held, RIGHT, right)
+    if disturbance.latency > 0:
+        late = load(settings, LATENCY) > 0.0
+        left, right = _delay(disturbance, late, left, right)
+    limit, noise = load(settings, SPEED_LIMIT), load(settings, MOTOR_NOISE)
+    a, b = random_words(tick, _MOTOR_NUMBER), random_words(tick, _MOTOR_NUMBER + 1)
+    normals = four_normals((a, b, a << 16, b << 16))
+    left = minimum(maximum(left, -limit), limit)
+    right = minimum(maximum(right, -limit), limit)
+    store(disturbance.turning, LEFT, left)
+    store(disturbance.turning, RIGHT, right)
+    left, right = left * fma(noise, normals[0], 1.0), right * fma(noise, normals[1], 1.0)
+    mean = (left + right) * 0.5 * load(settings, ADVANCE_SCALE)
+    spread = (right - left) * 0.5 * load(settings, TURN_SCALE)
+    store(disturbance.rolling, LEFT, mean - spread)
+    store(disturbance.rolling, RIGHT, mean + spread)
+    store(counters, _AGE, load(counters, _AGE) + 1)
+
+
+@numba.njit(forceinline=True)
+def _delay(disturbance, late, left, right):
+    """Remember the commands of this tick; return those that take effect in it."""
+    clock, queue = disturbance.clock, disturbance.queue
+    write = WHEEL_ROWS * (clock[0] % _SLOTS)
+    read = WHEEL_ROWS * ((clock[0] - disturbance.latency) % _SLOTS)
+    clock[0] += 1
+    store(queue, write + LEFT, left)
+    store(queue, write + RIGHT, right)
+    return select(late, load(queue, read + LEFT), left), select(
+        late, load(queue, read + RIGHT), right
+    )
+
+
+@compile_kernel
+def _disturb_readings(disturbance, readings):
+    disturb_readings(disturbance, readings)
+
+
+@compile_kernel
+def _disturb_wheels(disturbance, commands):
+    disturb_wheels(disturbance, commands)
 
 
 class PerturbedRobots:
@@ -252,6 +277,7 @@ class PerturbedRobots:
 
     def __init__(self, perturbations, max_wheel_speeds):
         self._seed = perturbations.seed
+        self._starts = make_starts(perturbations)
         self._disturbance = make_disturbance(perturbations, max_wheel_speeds)
         self._readings = aligned_rows(READING_ROWS)
         self._commands = aligned_rows(WHEEL_ROWS)
@@ -261,15 +287,13 @@ class PerturbedRobots:
 
         Returns
         -------
-        sequence of two triples
+        tuple of two triples
             x and y in m, heading in rad.
         """
-        if self._disturbance is None:
-            return START_POSES
-        return [
-            start_pose(self._disturbance, lane, self._seed, np.uint64(episode))
-            for lane, episode in zip(ROBOT_LANES, episodes, strict=True)
-        ]
+        return tuple(
+            start_pose(self._starts, robot, self._seed, np.uint64(episode))
+            for robot, episode in enumerate(episodes)
+        )
 
     def begin(self, episodes=(0, 0)):
         """Begin an episode.
@@ -289,7 +313,7 @@ class PerturbedRobots:
         if self._disturbance is None:
             return readings
         self._readings[:, ROBOT_LANES] = readings.T
-        disturb_readings(self._disturbance, self._readings)
+        _disturb_readings(self._disturbance, self._readings)
         return self._readings[:, ROBOT_LANES].T.copy()
 
     def drive(self, commands):
@@ -310,6 +334,6 @@ class PerturbedRobots:
             exact = np.asarray(commands, dtype=np.float32)
             return exact, exact
         self._commands[:, ROBOT_LANES] = np.asarray(commands, dtype=np.float32).T
-        disturb_wheels(self._disturbance, self._commands)
+        _disturb_wheels(self._disturbance, self._commands)
         turning, rolling = self._disturbance.turning, self._disturbance.rolling
         return turning[:, ROBOT_LANES].T.copy(), rolling[:, ROBOT_LANES].T.copy()

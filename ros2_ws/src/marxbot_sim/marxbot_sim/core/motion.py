@@ -29,6 +29,7 @@ from simd_lanes import (
     any_lane,
     copy_sign,
     fma,
+    kernel_part,
     load,
     maximum,
     minimum,
@@ -79,7 +80,7 @@ def _touched(x0, y0, x1, y1):
     return (end_gap <= 0.0) | (passing & (approach * approach >= start_gap * length_squared))
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def move(bodies, wheels, arena, obstacle):
     """Move the 16 robots by one tick, all at once.
 

@@ -13,6 +13,8 @@ MAX_START_DISPLACEMENT = 0.35
 """Farthest that a start may be displaced, m: the robots still stand clear of each other and of the
 obstacle."""
 
+_OF_STARTS = ('start_displacement', 'start_rotation', 'robots', 'seed')
+
 
 @dataclass(frozen=True)
 class Perturbations:
@@ -94,17 +96,21 @@ class Perturbations:
 
     @property
     def active(self):
-        """Whether anything is imperfect."""
+        """Whether anything that matters after the start is imperfect."""
         return any(
             getattr(self, field.name) != field.default
             for field in fields(self)
-            if field.name not in ('robots', 'seed')
+            if field.name not in _OF_STARTS
         )
+
+    def affects(self, robot):
+        """Return whether the predator, 0, or the prey, 1, is imperfect."""
+        return self.robots in ('both', ROBOTS[1 + robot])
 
     @property
     def motor_noises(self):
         """Motor noise of predator and prey."""
-        return [self.motor_noise if self.robots in ('both', name) else 0.0 for name in ROBOTS[1:]]
+        return [self.motor_noise if self.affects(robot) else 0.0 for robot in range(2)]
 
     @property
     def random(self):

@@ -31,6 +31,7 @@ from simd_lanes import (
     arctan2,
     copy_sign,
     fma,
+    kernel_part,
     load,
     maximum,
     minimum,
@@ -148,7 +149,7 @@ def _camera(readings, low, width, hidden_low, hidden_width):
             store(readings, sector, load(readings, sector) + maximum(share, 0.0))
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def sense(bodies, arena, obstacle, readings):
     """Fill `readings` with what the 16 robots sense where they are.
 

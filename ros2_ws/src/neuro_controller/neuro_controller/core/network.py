@@ -26,7 +26,18 @@ from neuro_controller.core.genome import (
     SENSOR_TO_OUTPUT,
     SENSORS,
 )
-from simd_lanes import absolute, fma, load, logistic, maximum, minimum, select, splat, store
+from simd_lanes import (
+    absolute,
+    fma,
+    kernel_part,
+    load,
+    logistic,
+    maximum,
+    minimum,
+    select,
+    splat,
+    store,
+)
 
 INFRARED_GROUPS, GROUP = 8, 3
 INFRARED_READINGS, CAMERA_READINGS, GROUND_READINGS, TOUCH_READING = 0, 24, 32, 36
@@ -164,7 +175,7 @@ def _recall_five(weights, memory, neuron):
         store(memory, RECALL + neuron + offset, total)
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def recall(weights, memory):
     """Set the recurrent input of the next tick.
 
@@ -243,7 +254,7 @@ def drive(memory, inputs, settings, history, slot, wheels):
     store(memory, TICKS, ticks + 1.0)
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def control(readings, weights, settings, memory, history, slot, inputs, wheels):
     """Run the controllers of 16 robots for one tick.
 

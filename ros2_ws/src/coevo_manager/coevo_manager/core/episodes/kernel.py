@@ -7,13 +7,14 @@ import numpy as np
 
 from coevo_manager.core.episodes.numbering import episode_number, repeated
 from coevo_manager.core.episodes.schedule import IDLE, end_episode, next_episode, row
-from marxbot_sim.core.disturbance import begin_at, disturb_readings, disturb_wheels
+from marxbot_sim.core.disturbance import begin, disturb_readings, disturb_wheels
 from marxbot_sim.core.layout import LEFT, RIGHT
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
+from marxbot_sim.core.starts import place
 from neuro_controller.core.genome import GENE_RANGE, GENES, HIDDEN, HIDDEN_BIASES, LEAKS
 from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, RECALL, TICKS, control
-from simd_lanes import HALF, absolute, compile_kernel, lane_bits, load, store
+from simd_lanes import HALF, absolute, compile_kernel, kernel_part, lane_bits, load, store
 
 VARIATION, LAST_ADVANCE, LAST_TURN = range(3)
 COMPLEXITY_ROWS = 3
@@ -39,7 +40,7 @@ class Rows(NamedTuple):
     complexity: np.ndarray
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def decide(rows, obstacle, slot, disturbance):
     """Let the robots of eight episodes sense and set their wheels.
 
@@ -63,7 +64,7 @@ def decide(rows, obstacle, slot, disturbance):
         disturb_wheels(disturbance, rows.wheels)
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def _move(rows, obstacle, disturbance):
     """Move the robots of eight episodes; return where the prey was captured, as lane bits."""
     if disturbance is not None:
@@ -71,7 +72,7 @@ def _move(rows, obstacle, disturbance):
     return lane_bits(move(rows.bodies, rows.wheels, rows.arena, obstacle))
 
 
-@numba.njit(forceinline=True)
+@kernel_part
 def add_variation(wheels, complexity):
     """Add how much both desired speeds changed since the last tick (paper section 4)."""
     left, right = load(wheels, LEFT), load(wheels, RIGHT)
@@ -82,6 +83,16 @@ def add_variation(wheels, complexity):
     store(complexity, VARIATION, load(complexity, VARIATION) + change)
     store(complexity, LAST_ADVANCE, advance)
     store(complexity, LAST_TURN, turn)
+
+
+@kernel_part
+def _tick(rows, obstacle, slot, measure, episode_ticks, disturbance):
+    """Make a tick of eight episodes; return in which of them it was the last, as lane bits."""
+    decide(rows, obstacle, slot, disturbance)
+    captured = _move(rows, obstacle, disturbance)
+    if measure:
+        add_variation(rows.wheels, rows.complexity)
+    return captured | lane_bits(load(rows.memory, TICKS) >= episode_ticks)
 
 
 @numba.njit
@@ -101,9 +112,19 @@ def start_robot(lane, genome, rows):
         rows.complexity[i, lane] = 0.0
 
 
+@numba.njit
+def begin_against(opponent, repetition, lane, rows, disturbance, starts, seed):
+    """Begin what is random for a robot in one of its episodes against a genome."""
+    if disturbance is not None or starts.any():
+        episode = repeated(episode_number(opponent), repetition)
+        place(starts, lane, seed, episode, rows.bodies)
+        if disturbance is not None:
+            begin(disturbance, lane, seed, episode)
+
+
 @compile_kernel
 def run_episodes(
-    lane_episode, clock, rows, obstacle, measure, episode_ticks, disturbance, seed, rings
+    lane_episode, clock, rows, obstacle, measure, episode_ticks, disturbance, starts, seed, rings
 ):
     """Run episodes until a request is finished, or an episode ends and no other takes its lanes.
 
@@ -122,7 +143,9 @@ def run_episodes(
     episode_ticks : int
         Length of an episode that no capture ends.
     disturbance : marxbot_sim.core.disturbance.Disturbance or None
-        State of the lanes' perturbations; None where there are none.
+        State of the lanes' perturbations; None where there are none after the start.
+    starts : float64 array, shape (2, 2)
+        How far starts are perturbed, see `marxbot_sim.core.starts.make_starts`.
     seed : int
         Seed of the perturbations.
     rings : schedule.Rings
@@ -146,11 +169,9 @@ def run_episodes(
                     prey = row(rings.genomes, episode['prey'])
                     start_robot(pair, predator, rows)
                     start_robot(pair + HALF, prey, rows)
-                    if disturbance is not None:
-                        against_prey = repeated(episode_number(prey), episode['repetition'])
-                        begin_at(disturbance, pair, seed, against_prey, rows.bodies)
-                        against = repeated(episode_number(predator), episode['repetition'])
-                        begin_at(disturbance, pair + HALF, seed, against, rows.bodies)
+                    number = episode['repetition']
+                    begin_against(prey, number, pair, rows, disturbance, starts, seed)
+                    begin_against(predator, number, pair + HALF, rows, disturbance, starts, seed)
             if lane_episode[pair] != IDLE:
                 busy |= 1 << pair
             else:
@@ -162,11 +183,7 @@ def run_episodes(
         while ended == 0:
             slot = clock[0] % FATIGUE_TICKS
             clock[0] += 1
-            decide(rows, obstacle, slot, disturbance)
-            captured = _move(rows, obstacle, disturbance)
-            if measure:
-                add_variation(rows.wheels, rows.complexity)
-            ended = (captured | lane_bits(load(rows.memory, TICKS) >= episode_ticks)) & busy
+            ended = _tick(rows, obstacle, slot, measure, episode_ticks, disturbance) & busy
         for pair in range(HALF):
             if ended >> pair & 1:
                 ticks = int(rows.memory[TICKS, pair])

@@ -6,6 +6,7 @@ from coevo_manager.core.episodes.kernel import COMPLEXITY_ROWS, Rows, run_episod
 from coevo_manager.core.episodes.schedule import IDLE
 from marxbot_sim.core.disturbance import make_disturbance
 from marxbot_sim.core.layout import READING_ROWS, WHEEL_ROWS
+from marxbot_sim.core.starts import make_starts
 from marxbot_sim.core.world import arena_rows, start_bodies
 from neuro_controller.core.controller import settings_column
 from neuro_controller.core.genome import GENES, SENSORS
@@ -45,6 +46,7 @@ class EpisodeLanes:
         self.disturbance = make_disturbance(
             environment.perturbations, environment.max_wheel_speeds
         )
+        self.starts = make_starts(environment.perturbations)
 
 
 class KinematicPlayer:
@@ -81,6 +83,7 @@ class KinematicPlayer:
             self._measure,
             environment.episode_ticks,
             lanes.disturbance,
+            lanes.starts,
             environment.perturbations.seed,
             rings,
         )

@@ -25,7 +25,11 @@ def episode_number(genome):
     -------
     uint64
     """
-    return np.sum(genome.view(np.uint32) * _FACTORS)
+    bits = genome.view(np.uint32)
+    number = np.uint64(0)
+    for i in range(GENES):
+        number += np.uint64(bits[i]) * _FACTORS[i]
+    return number
 
 
 @numba.njit

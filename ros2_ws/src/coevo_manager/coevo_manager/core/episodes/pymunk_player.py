@@ -6,9 +6,9 @@ from coevo_manager.core.episodes.kernel import VARIATION, add_variation, decide,
 from coevo_manager.core.episodes.lanes import EpisodeLanes
 from coevo_manager.core.episodes.numbering import episode_numbers
 from coevo_manager.core.episodes.schedule import IDLE, end_episode, next_episode, row
-from marxbot_sim.core.disturbance import begin, start_pose
-from marxbot_sim.core.parameters import START_POSES
+from marxbot_sim.core.disturbance import begin
 from marxbot_sim.core.pymunk_world import PymunkArenas
+from marxbot_sim.core.starts import start_pose
 from neuro_controller.core.network import FATIGUE_TICKS, TICKS
 from simd_lanes import HALF, compile_kernel
 
@@ -87,15 +87,15 @@ class PymunkPlayer:
 
     def _begin(self, lanes, pair, players, repetition):
         """Put two genomes in their lanes and return where the robots start."""
-        poses = list(START_POSES)
+        poses = []
         opponents = episode_numbers(players[::-1], repetition)
         for robot, genome in enumerate(players):
             lane = pair + robot * HALF
+            key = self._environment.perturbations.seed, opponents[robot]
             _start(lane, genome, lanes.rows)
             if lanes.disturbance is not None:
-                key = self._environment.perturbations.seed, opponents[robot]
                 begin(lanes.disturbance, lane, *key)
-                poses[robot] = start_pose(lanes.disturbance, lane, *key)
+            poses.append(start_pose(lanes.starts, robot, *key))
         return poses
 
     def _tick(self):

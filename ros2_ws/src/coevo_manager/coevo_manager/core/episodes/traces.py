@@ -5,11 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.episodes.kernel import decide, start_robot
+from coevo_manager.core.episodes.kernel import begin_against, decide, start_robot
 from coevo_manager.core.episodes.lanes import EpisodeLanes
-from coevo_manager.core.episodes.numbering import episode_number
 from coevo_manager.core.episodes.trace import Trace, trace_pair
-from marxbot_sim.core.disturbance import begin_at
 from marxbot_sim.core.layout import BODY_ROWS, COSINE, READING_ROWS, SINE, WHEEL_ROWS, X, Y
 from marxbot_sim.core.motion import move
 from neuro_controller.core.genome import HIDDEN, OUTPUTS, SENSORS
@@ -18,13 +16,12 @@ from simd_lanes import HALF, LANES, compile_kernel, lane_bits
 
 
 @compile_kernel
-def _start(pair, predator, prey, rows, disturbance, seed):
+def _start(pair, predator, prey, rows, disturbance, starts, seed):
     """Start an episode in a pair of lanes."""
     start_robot(pair, predator, rows)
     start_robot(pair + HALF, prey, rows)
-    if disturbance is not None:
-        begin_at(disturbance, pair, seed, episode_number(prey), rows.bodies)
-        begin_at(disturbance, pair + HALF, seed, episode_number(predator), rows.bodies)
+    begin_against(prey, 0, pair, rows, disturbance, starts, seed)
+    begin_against(predator, 0, pair + HALF, rows, disturbance, starts, seed)
 
 
 @compile_kernel
@@ -67,7 +64,7 @@ def _trace_eight(
     lanes = EpisodeLanes(environment)
     rows, disturbance = lanes.rows, lanes.disturbance
     for k, pair in enumerate(pairs):
-        _start(k, *pair, rows, disturbance, environment.perturbations.seed)
+        _start(k, *pair, rows, disturbance, lanes.starts, environment.perturbations.seed)
     longest = environment.episode_ticks
     bodies = np.empty((longest + 1, BODY_ROWS, LANES), np.float32)
     wheels = np.empty((longest, WHEEL_ROWS, LANES), np.float32)
