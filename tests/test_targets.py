@@ -85,7 +85,7 @@ def elsewhere(tmp_path_factory):
         )
     try:
         yield {
-            name: (count, ticks, process.communicate(timeout=100)[0], process.returncode)
+            name: (count, ticks, process.communicate(timeout=250)[0], process.returncode)
             for name, (count, ticks, process) in running.items()
         }
     finally:
