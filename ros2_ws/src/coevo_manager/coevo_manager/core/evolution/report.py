@@ -86,8 +86,8 @@ episodes are not counted.
 This folder holds `generations.csv` and `phases.csv` (fitness over time), `snapshots/` (both \
 populations and who beat whom), `run.json` (every setting), `checkpoint/`, `run.log`.
 
-Analyse it with `coevo_manager analyze`, record an episode with `coevo_manager record`; repeat \
-it, to the byte, with the settings of `run.json`.
+Analyse it with `coevo_manager analyze`, record an episode with `coevo_manager record`; \
+`coevo_manager evolve --config run.json` repeats it, to the byte.
 """
 
 
