@@ -241,12 +241,12 @@ def test_bad_input_is_one_sentence_and_exit_code_2(starter, tmp_path, arguments,
 def test_exported_parameters_drive_a_controller_as_they_are(starter, client, tmp_path):
     file = tmp_path / 'prey.yaml'
     arguments = ['--species', 'prey', '--yaml', file, '--motor-map', 'signed']
-    assert run(starter, 'export', 'shipped/open_signed', *arguments).returncode == 0
+    assert run(starter, 'export', 'shipped/open', *arguments).returncode == 0
     ros_arguments = ['-r', '__ns:=/exported', '-p', 'autostart:=true', '--params-file', file]
     starter(['neuro_controller', 'controller', '--ros-args', *ros_arguments])
     names = ['genome', 'motor_map', 'max_wheel_speed', 'episode_ticks']
     values = client.call(GetParameters, '/exported/controller/get_parameters', names=names).values
-    genome = read_snapshot(SHIPPED / 'open_signed.npz').best('prey', 1)[0]
+    genome = read_snapshot(SHIPPED / 'open.npz').best('prey', 1)[0]
     assert np.array_equal(np.asarray(values[0].double_array_value, np.float32), genome)
     assert values[1].string_value == 'signed'
     assert values[2].double_value == 10.0

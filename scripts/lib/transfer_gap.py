@@ -28,7 +28,7 @@ def evolve(folder, seed, phases, perturbations):
     """Evolve a run unless the folder has one."""
     if not (folder / 'report.md').exists():
         configuration = load_configuration(
-            {**NUMBERS, 'phases': phases, 'seed': seed, **perturbations}
+            {**NUMBERS, 'world': 'faithful', 'phases': phases, 'seed': seed, **perturbations}
         )
         evaluator = LocalEvaluator(configuration.make_environment(), threads=os.cpu_count())
         Evolution(configuration, evaluator, folder).run()

@@ -137,7 +137,7 @@ def test_what_names_no_genome_is_refused_in_a_sentence(run, text, sentence):
     assert sentence in str(error.value)
 
 
-@pytest.mark.parametrize('name', ['open', 'obstacle', 'open_signed'])
+@pytest.mark.parametrize('name', ['open', 'obstacle'])
 def test_shipped_champions_are_snapshots(name):
     snapshot = read_snapshot(SHIPPED / f'{name}.npz')
     assert read_origin(SHIPPED / f'{name}.npz').generation >= 15_000
