@@ -43,7 +43,7 @@ def kernel_part(function):
     function : callable
         What ``numba.njit`` takes.
     """
-    return numba.njit(forceinline=True, _nrt=False)(function)
+    return numba.njit(forceinline=True, _nrt=False)(function)  # type: ignore[call-overload]
 
 
 class _KernelCache(FunctionCache):
