@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from coevo_manager.core.configuration import FIELDS, Configuration
 from coevo_manager.core.environment import OPTIONS
+from coevo_manager.core.worlds import WORLDS
 
 Member = TypeVar('Member', bound=Hashable)
 
@@ -79,6 +80,7 @@ def assign(
             'open arena' if configurations[run].environment == 'open' else 'arena with obstacle'
         ),
         [lambda run: names[run][1], lambda run: configurations[run].world],
+        lambda run, differing: _setting(configurations[run], differing),
     )
     conditions: dict[Member, Condition] = {}
     for arena in dict.fromkeys(arenas.values()):
@@ -88,6 +90,7 @@ def assign(
             {run: (_values(configurations[run], rest), names[run][0]) for run in members},
             lambda run: _readable(names[run][0]) or _algorithm(configurations[run]),
             [],
+            lambda run, differing: _phrases(configurations[run], differing),
         )
         conditions |= {run: Condition(labels[run], arena) for run in members}
     return conditions
@@ -111,6 +114,7 @@ def _label(
     groups: Mapping[Member, tuple[dict[str, Any], str]],
     base: Callable[[Member], str],
     given: Sequence[Callable[[Member], str]],
+    describe: Callable[[Member, Sequence[str]], list[str]],
 ) -> dict[Member, str]:
     """Name groups of equal content: by a base, and where several share it, by what differs.
 
@@ -119,7 +123,9 @@ def _label(
     groups : mapping
         Of each member: the fields that tell groups apart, and a name that does too.
     given : sequence of callable
-        Names, of which the first is used that tells all groups apart; else the differing fields.
+        Names, of which the first is used that tells all groups apart.
+    describe : callable
+        What is said where none does, given the fields in which the groups differ.
     """
     labels: dict[Member, str] = {}
     for name in dict.fromkeys(base(member) for member in groups):
@@ -139,9 +145,9 @@ def _label(
             continue
         first = distinct[0][0]
         differing = [f for f in first if any(group[f] != first[f] for group, _ in distinct)]
-        for member in members:
-            values = groups[member][0]
-            labels[member] = ', '.join([name, *(_phrase(f, values[f]) for f in differing)])
+        for group in distinct:
+            same = [member for member in members if groups[member] == group]
+            labels |= dict.fromkeys(same, ', '.join([name, *describe(same[0], differing)]))
     return labels
 
 
@@ -170,9 +176,22 @@ def _algorithm(configuration: Configuration) -> str:
     return f'{name}, {configuration.optimizer.replace("_", "-").upper()}'
 
 
-def _phrase(field: str, value: Any) -> str:
-    text = f'{value:g}' if isinstance(value, float) else str(value)
-    return f'{field.replace("_", " ")} {text}'
+def _setting(configuration: Configuration, differing: Sequence[str]) -> list[str]:
+    """Say in which world episodes are played, and what was set otherwise than in it."""
+    usual = {name: option.default for name, option in OPTIONS.items()}
+    usual |= WORLDS[configuration.world]
+    own = [name for name in differing if getattr(configuration, name) != usual[name]]
+    return [configuration.world, *_phrases(configuration, own)]
+
+
+def _phrases(configuration: Configuration, names: Sequence[str]) -> list[str]:
+    """Say what some fields are, as in 'wall friction 0.25'."""
+    found = []
+    for name in names:
+        value = getattr(configuration, name)
+        text = f'{value:g}' if isinstance(value, float) else str(value)
+        found.append(f'{name.replace("_", " ")} {text}')
+    return found
 
 
 def _readable(name: str) -> str:

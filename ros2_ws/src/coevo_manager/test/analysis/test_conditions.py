@@ -59,14 +59,26 @@ def test_worlds_are_arenas_of_their_own():
     ]
     found = named({'world': 'varied'}, {'world': 'varied', 'wall_friction': 0.25})
     assert [arena for _, arena in found] == [
-        'open arena, wall friction 0.5',
-        'open arena, wall friction 0.25',
+        'open arena, varied',
+        'open arena, varied, wall friction 0.25',
     ]
     found = named(
         ({'world': 'varied'}, '', 'grippy'),
         ({'world': 'varied', 'wall_friction': 0.25}, '', 'slippery'),
     )
     assert [arena for _, arena in found] == ['open arena, grippy', 'open arena, slippery']
+
+
+def test_the_study_of_readings_names_what_was_changed_in_which_world():
+    base = {'world': 'faithful'}
+    runs = [base, base | {'motor_map': 'printed'}, base | {'wall_contact': 'slide'}]
+    found = named(*runs, {'world': 'varied'})
+    assert [arena for _, arena in found] == [
+        'open arena, faithful',
+        'open arena, faithful, motor map printed',
+        'open arena, faithful, wall contact slide',
+        'open arena, varied',
+    ]
 
 
 def test_names_are_read_from_the_campaign_beside_the_run(tmp_path):

@@ -166,10 +166,10 @@ def test_what_differs_makes_a_condition_or_an_arena(tiny, tmp_path):
     slippery = make_run(tmp_path / 'slippery', seed=1, wall_friction=0.25)
     runs = read_runs([*tiny, wider, slippery])
     assert [(r.condition.name, r.condition.arena, r.seed) for r in runs] == [
-        ('Standard', 'open arena, wall friction 0.25', 1),
-        ('Standard, population 16', 'open arena, wall friction 0.5', 1),
-        ('Standard, population 8', 'open arena, wall friction 0.5', 1),
-        ('Standard, population 8', 'open arena, wall friction 0.5', 2),
+        ('Standard, population 16', 'open arena, varied', 1),
+        ('Standard, population 8', 'open arena, varied', 1),
+        ('Standard, population 8', 'open arena, varied', 2),
+        ('Standard', 'open arena, varied, wall friction 0.25', 1),
     ]
 
 
