@@ -88,7 +88,7 @@ def test_manifest_names_every_import(package):
     foreign = sys.stdlib_module_names | LOCAL_TEST_MODULES | {package}
     for folder, declared in ((package, run), ('test', test)):
         wanted = {
-            name if name in PACKAGES or _is_ros(name) else f'python3-{name}'
+            name if name in PACKAGES or _is_ros(name) else f'python3-{name.lower()}'
             for name in package_imports(package, folder) - foreign
         }
         assert sorted(wanted - declared) == []
@@ -112,7 +112,7 @@ def test_manifest_names_nothing_unused(package):
     launched = ''.join(
         path.read_text() for path in (SOURCES / package).rglob('*') if path.suffix == '.xml'
     )
-    unused = declared - used - {f'python3-{name}' for name in used} - INDIRECT
+    unused = declared - used - {f'python3-{name.lower()}' for name in used} - INDIRECT
     assert sorted(name for name in unused if f'pkg="{name}"' not in launched) == []
 
 

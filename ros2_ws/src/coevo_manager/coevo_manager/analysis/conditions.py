@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, TypeVar
 
 from coevo_manager.core.configuration import FIELDS, Configuration
@@ -48,38 +46,23 @@ def slug(text: str) -> str:
     return re.sub(r'[^a-z0-9]+', '_', text.lower()).strip('_')
 
 
-def campaign_names(folder: Path) -> tuple[str, str]:
-    """Return the condition's and the environment's name of a run that a campaign made.
-
-    Both are empty where no campaign.csv beside the run's folder tells them.
-    """
-    try:
-        with (folder.resolve().parent / 'campaign.csv').open(encoding='utf-8', newline='') as file:
-            for row in csv.DictReader(file):
-                if row.get('run') == folder.resolve().name:
-                    return row.get('condition') or '', row.get('environment') or ''
-    except (OSError, UnicodeDecodeError, csv.Error):
-        pass
-    return '', ''
-
-
 def assign(
-    configurations: Mapping[Member, Configuration], names: Mapping[Member, tuple[str, str]]
+    configurations: Mapping[Member, Configuration], names: Mapping[Member, str]
 ) -> dict[Member, Condition]:
     """Tell the condition of each run.
 
     Parameters
     ----------
     configurations, names : mapping
-        Of each run: its configuration, and the names of its condition and of its environment that
-        a campaign gave, empty where none did.
+        Of each run: its configuration, and what a campaign called its condition, '' where none
+        did.
     """
     arenas = _label(
         {run: (_values(c, tuple(OPTIONS)), '') for run, c in configurations.items()},
         lambda run: (
             'open arena' if configurations[run].environment == 'open' else 'arena with obstacle'
         ),
-        [lambda run: names[run][1], lambda run: configurations[run].world],
+        lambda run: configurations[run].world,
         lambda run, differing: _setting(configurations[run], differing),
     )
     conditions: dict[Member, Condition] = {}
@@ -87,9 +70,9 @@ def assign(
         members = [run for run in configurations if arenas[run] == arena]
         rest = [name for name in FIELDS if name not in (*OWN, 'world', *OPTIONS)]
         labels = _label(
-            {run: (_values(configurations[run], rest), names[run][0]) for run in members},
-            lambda run: _readable(names[run][0]) or _algorithm(configurations[run]),
-            [],
+            {run: (_values(configurations[run], rest), names[run]) for run in members},
+            lambda run: _readable(names[run]) or _algorithm(configurations[run]),
+            lambda run: '',
             lambda run, differing: _phrases(configurations[run], differing),
         )
         conditions |= {run: Condition(labels[run], arena) for run in members}
@@ -113,7 +96,7 @@ def without_obstacle(configuration: Configuration) -> Configuration:
 def _label(
     groups: Mapping[Member, tuple[dict[str, Any], str]],
     base: Callable[[Member], str],
-    given: Sequence[Callable[[Member], str]],
+    given: Callable[[Member], str],
     describe: Callable[[Member, Sequence[str]], list[str]],
 ) -> dict[Member, str]:
     """Name groups of equal content: by a base, and where several share it, by what differs.
@@ -122,10 +105,10 @@ def _label(
     ----------
     groups : mapping
         Of each member: the fields that tell groups apart, and a name that does too.
-    given : sequence of callable
-        Names, of which the first is used that tells all groups apart.
+    given : callable
+        A name that is used where it tells all groups apart.
     describe : callable
-        What is said where none does, given the fields in which the groups differ.
+        What is said where it does not, given the fields in which the groups differ.
     """
     labels: dict[Member, str] = {}
     for name in dict.fromkeys(base(member) for member in groups):
@@ -137,11 +120,8 @@ def _label(
         if len(distinct) == 1:
             labels |= dict.fromkeys(members, name)
             continue
-        name_of = next((g for g in given if _tells_apart(g, groups, members)), None)
-        if name_of is not None:
-            labels |= {
-                member: f'{name}, {_readable(name_of(member)).lower()}' for member in members
-            }
+        if _tells_apart(given, groups, members):
+            labels |= {member: f'{name}, {given(member)}' for member in members}
             continue
         first = distinct[0][0]
         differing = [f for f in first if any(group[f] != first[f] for group, _ in distinct)]

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from coevo_manager.analysis.conditions import Condition, assign, campaign_names, order
+from coevo_manager.analysis.conditions import Condition, assign, order
 from coevo_manager.analysis.logs import read_log
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.checkpoint import check_content
-from coevo_manager.core.evolution.run_folder import LOGS, read_configuration, read_run_json
+from coevo_manager.core.evolution.run_folder import LOGS, read_record, read_run_json
 from coevo_manager.core.species import SPECIES
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
@@ -27,10 +27,23 @@ class AnalysisError(ValueError):
 
 @dataclass(frozen=True)
 class Replication:
-    """A run folder: one replication."""
+    """A run folder: one replication.
+
+    Attributes
+    ----------
+    folder : Path
+    configuration : Configuration
+    named : str
+        What a campaign called its condition; '' where none did.
+    condition : Condition
+        What it is a replication of.
+    snapshots : dict of int to Path
+        By generation.
+    """
 
     folder: Path
     configuration: Configuration
+    named: str
     condition: Condition
     snapshots: dict[int, Path]
 
@@ -92,10 +105,10 @@ class Replication:
 def read_run(folder: Path | str) -> Replication:
     """Open a run folder and check that no snapshot up to its last phase is missing or damaged."""
     folder = Path(folder)
-    configuration = read_configuration(folder)
-    condition = assign({folder: configuration}, {folder: campaign_names(folder)})[folder]
+    configuration, named = read_record(folder / 'run.json')
+    condition = assign({folder: configuration}, {folder: named})[folder]
     try:
-        run = Replication(folder, configuration, condition, snapshots(folder))
+        run = Replication(folder, configuration, named, condition, snapshots(folder))
     except ValueError as error:
         raise AnalysisError(str(error)) from None
     every = configuration.snapshot_generations
@@ -127,7 +140,7 @@ def read_runs(folders: Sequence[Path | str]) -> list[Replication]:
             raise AnalysisError(f'{path} is given twice')
     conditions = assign(
         {path: run.configuration for path, run in runs.items()},
-        {path: campaign_names(path) for path in runs},
+        {path: run.named for path, run in runs.items()},
     )
     found = [replace(run, condition=conditions[path]) for path, run in runs.items()]
     for k, run in enumerate(found):

@@ -2,15 +2,15 @@
 
 import pytest
 
-from coevo_manager.analysis.conditions import assign, campaign_names, slug
+from coevo_manager.analysis.conditions import assign, slug
 from coevo_manager.core.evolution import load_configuration
 
 
 def named(*runs):
-    """Name and arena of each run, given as (values, condition's name, environment's name)."""
-    runs = [run if isinstance(run, tuple) else (run, '', '') for run in runs]
-    configurations = {k: load_configuration(values) for k, (values, *_) in enumerate(runs)}
-    found = assign(configurations, {k: (c, e) for k, (_, c, e) in enumerate(runs)})
+    """Name and arena of each run, given as values or as (values, name in a campaign)."""
+    runs = [run if isinstance(run, tuple) else (run, '') for run in runs]
+    configurations = {k: load_configuration(values) for k, (values, _) in enumerate(runs)}
+    found = assign(configurations, {k: name for k, (_, name) in enumerate(runs)})
     return [(condition.name, condition.arena) for condition in found.values()]
 
 
@@ -44,9 +44,9 @@ def test_any_field_may_tell_conditions_apart():
 
 
 def test_the_names_of_a_campaign_are_its_conditions():
-    found = named(({}, 'standard', 'open'), ({'selected': 20}, 'many_agents', 'open'))
+    found = named(({}, 'standard'), ({'selected': 20}, 'many_agents'))
     assert found == [('Standard', 'open arena'), ('Many agents', 'open arena')]
-    twice = named(({}, 'mine', ''), ({'population': 40}, 'mine', ''))
+    twice = named(({}, 'mine'), ({'population': 40}, 'mine'))
     assert twice[0][0] == 'Mine, population 80, selected 10'
 
 
@@ -62,11 +62,6 @@ def test_worlds_are_arenas_of_their_own():
         'open arena, varied',
         'open arena, varied, wall friction 0.25',
     ]
-    found = named(
-        ({'world': 'varied'}, '', 'grippy'),
-        ({'world': 'varied', 'wall_friction': 0.25}, '', 'slippery'),
-    )
-    assert [arena for _, arena in found] == ['open arena, grippy', 'open arena, slippery']
 
 
 def test_the_study_of_readings_names_what_was_changed_in_which_world():
@@ -79,19 +74,6 @@ def test_the_study_of_readings_names_what_was_changed_in_which_world():
         'open arena, faithful, wall contact slide',
         'open arena, varied',
     ]
-
-
-def test_names_are_read_from_the_campaign_beside_the_run(tmp_path):
-    run = tmp_path / 'few-open-seed1'
-    run.mkdir()
-    assert campaign_names(run) == ('', '')
-    (tmp_path / 'campaign.csv').write_text(
-        'run,condition,environment,seed\nfew-open-seed1,few_agents,open,1\n'
-    )
-    assert campaign_names(run) == ('few_agents', 'open')
-    assert campaign_names(tmp_path / 'other') == ('', '')
-    (tmp_path / 'campaign.csv').write_bytes(b'\xff\xfe\x00')
-    assert campaign_names(run) == ('', '')
 
 
 @pytest.mark.parametrize(

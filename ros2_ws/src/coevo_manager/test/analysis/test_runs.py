@@ -173,6 +173,15 @@ def test_what_differs_makes_a_condition_or_an_arena(tiny, tmp_path):
     ]
 
 
+def test_what_a_campaign_called_a_condition_reaches_the_analysis(tmp_path):
+    runs = [
+        make_run(tmp_path / 'a', condition='few_agents', seed=1),
+        make_run(tmp_path / 'b', condition='many_agents', seed=1, selected=4),
+    ]
+    names = [run.condition.name for run in read_runs(runs)]
+    assert names == ['Few agents', 'Many agents']
+
+
 def test_who_never_evolved(tiny, tmp_path):
     """Prey have their turn after 10 generations; this run ends after them."""
     short = make_run(tmp_path / 'short', phases=1)
