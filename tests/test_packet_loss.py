@@ -57,9 +57,10 @@ def test_goals_are_accepted_and_answered(start, loss):
     assert client.stdout_text.splitlines()[-1].startswith('5 of 5 goals')
 
 
+@pytest.mark.timeout(600)
 def test_a_run_is_the_same(start, loss, tmp_path):
     options = [*TOY, '--phases', '4', '--evaluators', '2']
     for name, changes in (('lossy', loss), ('whole', {})):
         run = start(['coevo_manager', 'evolve', *options, '--out', tmp_path / name], changes)
-        assert run.wait(120) == 0, run.stderr_text
+        assert run.wait(250) == 0, run.stderr_text
     assert read_files(tmp_path / 'lossy') == read_files(tmp_path / 'whole')
