@@ -26,8 +26,8 @@ MEMORY = 2**29
 
 _ADDRESSES = 2**32
 
-LONGEST = 700
-"""Characters of a sentence."""
+LONGEST = 1000
+"""Characters of a sentence; the longest names every key of a configuration."""
 
 OUTCOMES = ('refused', 'as before', 'otherwise', 'fault')
 

@@ -22,6 +22,7 @@ from coevo_msgs.action import Evolve
 from coevo_manager import export
 from coevo_manager.analysis import command as analyze
 from coevo_manager.analysis import pipeline
+from coevo_manager.analysis.play import tournament
 from coevo_manager.analysis.play.tournament import Store
 from coevo_manager.core.evolution import Evolution, load_configuration
 from coevo_manager.core.evolution.sessions import read_sessions
@@ -168,8 +169,9 @@ def _goal(folder, tell):
 def _store(folder, tell):
     store = Store(folder / 'cache', 'fuzz')
     arrays = store.load('digest')
-    if arrays is None:
-        print('evaluated again', file=sys.stderr)
+    block = SimpleNamespace(predators=range(8), prey=range(8), complexity=True)
+    if arrays is None or not tournament._fits(arrays, block):
+        print('played again', file=sys.stderr)
         return 2
     tell(_digest(arrays['ticks'], arrays['complexity']))
     return 0
