@@ -2,6 +2,7 @@
 
 import argparse
 import collections
+import contextlib
 import os
 import random
 import resource
@@ -118,7 +119,7 @@ def fuzz(
     keep: Path | None,
     tell: Callable[[str], None] = lambda line: None,
 ) -> dict[str, collections.Counter]:
-    """Run cases, each a mutation that follows from the seed and its number.
+    """Run cases, each a mutation that follows from the seed and its number; Ctrl-C ends that.
 
     Returns
     -------
@@ -135,20 +136,21 @@ def fuzz(
                 raise RuntimeError(f'{subject.name}, undamaged: {outcome.reason}')
             before[subject.name] = outcome.reason
             table[subject.name] = collections.Counter()
-        for number in range(cases):
-            subject = subjects[number % len(subjects)]
-            rng = random.Random(f'{seed} {number}')
-            copy = Path(place, 'case')
-            shutil.copytree(subject.folder, copy)
-            done = fuzz_mutations.mutate(copy / subject.file, rng)
-            outcome = run(subject, copy, before[subject.name], done.partition(':')[0])
-            table[subject.name][outcome.kind] += 1
-            if outcome.kind == 'fault':
-                tell(f'case {number}, {subject.name}, {done}: {outcome.reason}')
-                if keep:
-                    keep.mkdir(parents=True, exist_ok=True)
-                    subprocess.run(['cp', '-a', copy, keep / f'{number}'], check=True)
-            shutil.rmtree(copy)
+        with contextlib.suppress(KeyboardInterrupt):
+            for number in range(cases):
+                subject = subjects[number % len(subjects)]
+                rng = random.Random(f'{seed} {number}')
+                copy = Path(place, 'case')
+                shutil.copytree(subject.folder, copy)
+                done = fuzz_mutations.mutate(copy / subject.file, rng)
+                outcome = run(subject, copy, before[subject.name], done.partition(':')[0])
+                table[subject.name][outcome.kind] += 1
+                if outcome.kind == 'fault':
+                    tell(f'case {number}, {subject.name}, {done}: {outcome.reason}')
+                    if keep:
+                        keep.mkdir(parents=True, exist_ok=True)
+                        subprocess.run(['cp', '-a', copy, keep / f'{number}'], check=True)
+                shutil.rmtree(copy)
     return table
 
 
@@ -160,7 +162,13 @@ def main() -> int:
     parser.add_argument('--only', nargs='+', default=[])
     parser.add_argument('--keep', type=Path, default=Path('fuzz-faults'))
     options = parser.parse_args()
-    table = fuzz(options.cases, options.seed, options.only, options.keep, print)
+    table = fuzz(
+        options.cases,
+        options.seed,
+        options.only,
+        options.keep,
+        lambda line: print(line, flush=True),
+    )
     print(f'{"file":30}' + ''.join(f'{name:>12}' for name in ('cases', *OUTCOMES)))
     total = collections.Counter()
     for name, counts in [*table.items(), ('all', total)]:

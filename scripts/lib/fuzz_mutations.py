@@ -318,7 +318,9 @@ def other_numbers(arrays, name, rng):
     array = np.array(arrays[name])
     if array.dtype.kind in 'fiu':
         values = (-1, 1e9) if array.dtype.kind != 'f' else (-1, 1e30, np.nan, np.inf, 7)
-        array.reshape(-1)[rng.randrange(max(array.size, 1)) : array.size][:3] = rng.choice(values)
+        start = rng.randrange(max(array.size, 1))
+        with np.errstate(all='ignore'):
+            array.reshape(-1)[start : start + 3] = np.array(rng.choice(values)).astype(array.dtype)
     arrays[name] = array
     return _members(arrays)
 

@@ -4,7 +4,9 @@ A command runs until it would begin to work: its readers are the real ones, its 
 error are what a user gets.
 """
 
+import contextlib
 import hashlib
+import io
 import json
 import multiprocessing
 import shutil
