@@ -191,3 +191,32 @@ def test_discovery_stays_on_this_machine_unless_told(given, expected):
     enter = 'source scripts/lib/common.sh; enter_workspace; echo $ROS_AUTOMATIC_DISCOVERY_RANGE'
     result = run('bash', '-c', f"env {unset} bash -c '{enter}'", **given)
     assert result.stdout.strip() == expected
+
+
+def test_ros2_tells_what_a_bag_holds(tmp_path):
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    bag, types = tmp_path / 'bag', get_typestore(Stores.ROS2_JAZZY)
+    message = types.types['std_msgs/msg/Bool'](data=True)
+    with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for topic, count in (('/b', 3), ('/a', 1)):
+            connection = writer.add_connection(topic, 'std_msgs/msg/Bool', typestore=types)
+            data = types.serialize_cdr(message, 'std_msgs/msg/Bool')
+            for number in range(count):
+                writer.write(connection, (10 + number) * 10**8, data)
+    lines = run('scripts/ros2', 'bag', 'info', bag).stdout.splitlines()
+    told = dict(line.split(':', 1) for line in lines if not line.startswith(' '))
+    assert told['Files'].strip() == 'bag.mcap'
+    assert told['Storage id'].strip() == 'mcap'
+    assert told['Messages'].strip() == '4'
+    assert told['Start'].strip() == 'Jan  1 1970 00:00:01.000000000 (1.000000000)'
+    assert [line.split('Topic: ')[1] for line in lines[-2:]] == [
+        f'{topic} | Type: std_msgs/msg/Bool | Count: {count} | Serialization Format: cdr'
+        for topic, count in (('/a', 1), ('/b', 3))
+    ]
+    (bag / 'metadata.yaml').write_text('rosbag2_bagfile_information: {version: x}')
+    result = run('scripts/ros2', 'bag', 'info', bag)
+    assert result.returncode == 2
+    assert f'{bag} is not a readable bag: ' in result.stderr
+    assert result.stderr.count('\n') == 1

@@ -3,6 +3,7 @@
 from datetime import UTC, datetime
 from pathlib import Path
 
+import yaml
 from rosbags.rosbag2 import Reader
 
 
@@ -30,7 +31,8 @@ def bag(arguments: list[str]) -> int:
 
 
 def _lines(reader, path):
-    information = reader.metadata
+    metadata = yaml.safe_load((path / 'metadata.yaml').read_text(encoding='utf-8'))
+    information = metadata['rosbag2_bagfile_information']  # the reader has checked it
     files = [path / name for name in information['relative_file_paths']]
     yield f'Files:             {", ".join(file.name for file in files)}'
     yield f'Bag size:          {sum(file.stat().st_size for file in files) / 1024:.1f} KiB'

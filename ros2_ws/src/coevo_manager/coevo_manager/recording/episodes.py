@@ -13,7 +13,7 @@ from coevo_manager.core.behaviour import complexity
 from coevo_manager.evaluators.messages import to_environment
 from coevo_manager.recording.bag import BagWriter
 from coevo_manager.recording.player import EpisodePlayer
-from node_runner import Interface, Service, run_node
+from node_runner import Concerns, Interface, Service, run_node
 from node_runner.actions import GoalServer
 
 EPISODES = Interface(
@@ -40,6 +40,7 @@ class EpisodesNode(Node):
             self._play,
             'an episode is being played; cancel it or wait for its end',
         )
+        self._concerns = Concerns(self)
         self.get_logger().info('ready on run_episode')
 
     @property

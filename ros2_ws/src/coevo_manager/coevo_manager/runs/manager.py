@@ -15,7 +15,7 @@ from coevo_manager.core.documents import parse_document
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluators.roster import EvaluationError
 from coevo_manager.runs.run import Plan, Runner, Status, make_plan, to_message
-from node_runner import Interface, Parameter, Service, run_node
+from node_runner import Concerns, Interface, Parameter, Service, run_node
 from node_runner.actions import GoalServer
 
 MANAGER = Interface(
@@ -62,6 +62,7 @@ class ManagerNode(Node):
             'a run is in progress; cancel it or wait for its end',
             self.stop,
         )
+        self._concerns = Concerns(self)
 
     def _value(self, name: str) -> Any:
         return self.get_parameter(name).value
