@@ -113,9 +113,7 @@ def _small(image: io.BytesIO) -> bytes:
     """The same PNG with a palette of 256 colours, a third of the size."""
     small = io.BytesIO()
     with Image.open(image) as picture:
-        picture.convert('RGB').quantize(256, dither=Image.Dither.NONE).save(
-            small, 'png', optimize=True
-        )
+        picture.convert('RGB').quantize(256, dither=Image.Dither.NONE).save(small, 'png')
     return small.getvalue()
 
 
