@@ -166,9 +166,10 @@ def _parameters(folder, tell):
 
 
 def _goal(folder, tell):
-    text = (folder / 'goal.yaml').read_bytes().decode('utf-8', 'replace').replace('\0', '')
+    file = folder / 'goal.yaml'  # it stands for the text of a message
+    text = file.read_bytes().decode('utf-8', 'replace') if file.is_file() else ''
     try:
-        plan = manager._read_goal(Evolve.Goal(configuration=text, out='goal'))
+        plan = manager._read_goal(Evolve.Goal(configuration=text.replace('\0', ''), out='goal'))
     except ValueError as error:
         print(error, file=sys.stderr)
         return 2

@@ -8,6 +8,7 @@ refused by name.
 
 import os
 import re
+import reprlib
 import signal
 import sys
 import threading
@@ -28,6 +29,9 @@ from node_runner.children import Children, executable_path
 _SUBSTITUTION = re.compile(
     r'\$\((var|env|find-pkg-share|dirname)(?:\s+([^\s()]+))?(?:\s+([^()]*))?\)'
 )
+_shortened = reprlib.Repr()
+_shortened.maxstring = 200
+_show = _shortened.repr
 _TRUE, _FALSE = ('true', '1'), ('false', '0')
 
 
@@ -62,7 +66,7 @@ class Scope:
         result = _SUBSTITUTION.sub(self._substitute, value)
         if '$(' in result:
             raise ValueError(
-                f'{self.file.name}: {value!r} has a substitution that is not supported'
+                f'{self.file.name}: {_show(value)} has a substitution that is not supported'
             )
         return result
 
@@ -85,7 +89,7 @@ class Scope:
                 value = self.text(element, attribute).lower()
                 if value not in _TRUE + _FALSE:
                     raise ValueError(
-                        f'{self.file.name}: {attribute} of <{element.tag}> is {value!r}, '
+                        f'{self.file.name}: {attribute} of <{element.tag}> is {_show(value)}, '
                         'expected true or false'
                     )
                 if value not in wanted:
@@ -108,7 +112,7 @@ def share(package: str) -> str:
     try:
         return get_package_share_directory(package)
     except (PackageNotFoundError, ValueError):
-        raise ValueError(f'package {package!r} was not found') from None
+        raise ValueError(f'package {_show(package)} was not found') from None
 
 
 def read(path: Path, values: dict[str, str]) -> list[Node]:
@@ -131,7 +135,7 @@ def read(path: Path, values: dict[str, str]) -> list[Node]:
     for name in values:
         if name not in known:
             raise ValueError(
-                f'{path.name} has no argument {name!r}; it has '
+                f'{path.name} has no argument {_show(name)}; it has '
                 f'{", ".join(sorted(known)) or "none"}'
             )
     try:
@@ -241,7 +245,7 @@ def _check(
     except NameValidationException as error:
         reason = str(error).splitlines()[0].rstrip(':')
         raise ValueError(
-            f'{scope.file.name}: {name!r} of <{element.tag}> is no name in ROS: {reason}'
+            f'{scope.file.name}: {_show(name)} of <{element.tag}> is no name in ROS: {reason}'
         ) from None
 
 
@@ -262,7 +266,9 @@ def find(package: str, file: str) -> Path:
     folder = Path(share(package), 'launch')
     if not (folder / file).is_file():
         names = ', '.join(sorted(path.name for path in folder.glob('*.xml'))) or 'none'
-        raise ValueError(f'package {package!r} has no launch file {file!r}; it has {names}')
+        raise ValueError(
+            f'package {_show(package)} has no launch file {_show(file)}; it has {names}'
+        )
     return folder / file
 
 

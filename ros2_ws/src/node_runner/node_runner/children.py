@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import reprlib
 import signal
 import subprocess
 import time
@@ -31,9 +32,11 @@ def executable_path(package: str, executable: str) -> Path:
     try:
         path = Path(get_package_prefix(package), 'lib', package, executable)
     except (PackageNotFoundError, ValueError):
-        raise ValueError(f'package {package!r} was not found') from None
+        raise ValueError(f'package {reprlib.repr(package)} was not found') from None
     if not os.access(path, os.X_OK):
-        raise ValueError(f'package {package!r} has no executable {executable!r}')
+        raise ValueError(
+            f'package {reprlib.repr(package)} has no executable {reprlib.repr(executable)}'
+        )
     return path
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from neuro_controller.core.reading import opened, reading
+from neuro_controller.core.reading import ARRAYS_LIMIT, opened, reading
 
 LOGS = ('generations', 'phases')
 """Names of a run's logs, without their suffix."""
@@ -65,7 +65,7 @@ class Seal:
         for name, (size, digest) in self.logs.items():
             _check(folder / f'{name}.csv', size, digest)
         for generation, digest in self.snapshots.items():
-            _check(folder / snapshot_name(generation), -1, digest)
+            _check(folder / snapshot_name(generation), None, digest)
 
 
 def snapshot_name(generation: int) -> str:
@@ -73,11 +73,11 @@ def snapshot_name(generation: int) -> str:
     return f'snapshots/gen_{generation:06d}.npz'
 
 
-def _check(path: Path, size: int, digest: bytes) -> None:
+def _check(path: Path, size: int | None, digest: bytes) -> None:
     with reading(path), opened(path) as file:
-        content = file.read(size)
-        if len(content) < size:
+        content = file.read(ARRAYS_LIMIT if size is None else size)
+        if size is not None and len(content) < size:
             raise ValueError(f'it has {len(content)} bytes, the run wrote {size}')
         if hashlib.sha256(content).digest() != digest:
-            part = f'its first {size} bytes are' if size >= 0 else 'it is'
+            part = 'it is' if size is None else f'its first {size} bytes are'
             raise ValueError(f'{part} not what the run wrote')
