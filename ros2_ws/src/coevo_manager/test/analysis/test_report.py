@@ -301,7 +301,8 @@ def test_the_page_fits_its_window(page, width):
         for chart in page.find_elements('css selector', '[data-chart]')[:6]:
             page.execute_script(SHOW, chart)
             assert until(lambda c=chart: c.find_elements('css selector', '.main-svg'))
-        assert ask(page, 'document.documentElement.scrollWidth') == width
+        root = 'document.documentElement'
+        assert ask(page, f'{root}.scrollWidth <= {root}.clientWidth')
         columns = "getComputedStyle(document.querySelector('.chart-panels')).gridTemplateColumns"
         assert (len(ask(page, columns).split()) == 1) == (width == 390)
     finally:
