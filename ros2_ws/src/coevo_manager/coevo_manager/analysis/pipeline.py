@@ -95,8 +95,10 @@ def write_all(study: Study, out: Path, stage: Stage) -> Path:
         title = f'Representative behaviours, {each.condition.name}, {each.condition.arena}'
         pictures.append(Picture(name, title, CAPTION, svg, each.condition.arena))
         advance(1)
-    advance = stage('Episodes to watch', sum(player.size(each) for each in study.conditions))
-    recorded = [player.grid(each, study.evaluations.kernel, advance) for each in study.conditions]
+    shown = player.ranks(study.conditions)
+    advance = stage('Episodes to watch', sum(player.size(c, shown) for c in study.conditions))
+    kernel = study.evaluations.kernel
+    recorded = [player.grid(each, shown, kernel, advance) for each in study.conditions]
     write_report(out / 'report.html', study, drawn, pictures, found, recorded)
     return out / 'report.html'
 

@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import shutil
 import zlib
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -16,6 +17,7 @@ from coevo_manager.analysis.play.behaviours import without_sensor_noise
 from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.play.probe import SearchBudget
 from coevo_manager.analysis.play.tournament import Evaluations, Store
+from coevo_manager.analysis.report import player
 from coevo_manager.analysis.report.page import answer
 from coevo_manager.analysis.report.player import pack
 from coevo_manager.analysis.runs import read_run, read_runs
@@ -205,6 +207,12 @@ def test_a_second_analysis_plays_only_what_is_new(runs, out, tmp_path):
     most = 64 * (25 + 2 * 2) + 24 * 5 * 2 * 2 * 2
     assert most / 4 < measure([*runs[4:], newcomer]).played <= most
     assert measure([newcomer, *runs[4:]]).played == 0
+
+
+def test_many_conditions_show_the_best_alone():
+    condition = SimpleNamespace(snapshots=[[None] * 16])
+    assert player.ranks([condition] * 3) == ('best', 'median')
+    assert player.ranks([condition] * 6) == ('best',)
 
 
 def unpack(text, ticks):

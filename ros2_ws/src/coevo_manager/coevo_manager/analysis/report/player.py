@@ -14,6 +14,7 @@ Differences are from one tick to the next, the first from 0, wrapped to the widt
 
 import base64
 import zlib
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,10 +36,24 @@ UNITS = {'length': 0.001, 'turn': 4096, 'speed': 0.1, 'neuron': 31}
 
 GENERATIONS = 4
 RANKS = ('best', 'median')
+EPISODES = 200
+"""At most, in all conditions together, for individuals of both ranks: some 2 MB of the page."""
 
 
-def grid(each: ConditionResults, kernel: Kernel, advance: Advance) -> dict[str, Any]:
+def ranks(conditions: Sequence[ConditionResults]) -> tuple[str, ...]:
+    """Return who is shown of each generation: the best alone where there are many conditions."""
+    return RANKS if sum(size(each, RANKS) for each in conditions) <= EPISODES else RANKS[:1]
+
+
+def grid(
+    each: ConditionResults, shown: Sequence[str], kernel: Kernel, advance: Advance
+) -> dict[str, Any]:
     """Record episodes between individuals of a few generations of the first replication.
+
+    Parameters
+    ----------
+    shown : sequence of str
+        Who is shown of each generation, see `ranks`.
 
     Returns
     -------
@@ -53,7 +68,7 @@ def grid(each: ConditionResults, kernel: Kernel, advance: Advance) -> dict[str, 
         species: [
             (g, rank, snapshot.population(species)[snapshot.ranking(species)[place]])
             for g, snapshot in enumerate(chosen)
-            for rank, place in enumerate((0, run.configuration.population // 2))
+            for rank, place in enumerate((0, run.configuration.population // 2)[: len(shown)])
         ]
         for species in SPECIES
     }
@@ -72,7 +87,7 @@ def grid(each: ConditionResults, kernel: Kernel, advance: Advance) -> dict[str, 
     return {
         'title': f'{each.condition.name}, {each.condition.arena}, seed {run.seed}',
         'generations': [snapshot.generation for snapshot in chosen],
-        'ranks': list(RANKS),
+        'ranks': list(shown),
         'tick': TICK,
         'units': UNITS,
         'arena': run.environment.arena.size,
@@ -85,9 +100,9 @@ def grid(each: ConditionResults, kernel: Kernel, advance: Advance) -> dict[str, 
     }
 
 
-def size(each: ConditionResults) -> int:
+def size(each: ConditionResults, shown: Sequence[str]) -> int:
     """Number of episodes in a condition's grid."""
-    return (min(GENERATIONS, len(each.snapshots[0])) * len(RANKS)) ** 2
+    return (min(GENERATIONS, len(each.snapshots[0])) * len(shown)) ** 2
 
 
 def pack(trace: Trace) -> str:
