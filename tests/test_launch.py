@@ -135,7 +135,7 @@ def test_a_text_reaches_the_node_whole(value, given):
             'substitution that is not supported',
         ),
         ('<launch><node pkg="p" exec="e" if="maybe"/></launch>', 'expected true or false'),
-        ('<launch', 'is not XML'),
+        ('<launch', 'is damaged: unclosed token'),
         ('<lunch/>', 'its root is <lunch>'),
         (
             '<launch><node pkg="p" exec="e"><param from="/no/file"/></node></launch>',
