@@ -45,7 +45,7 @@ def results(request):
 
 def test_neither_order_nor_company_nor_threads_matter(results):
     environment, predators, prey, i, j, ticks, complexity = results
-    assert len(np.unique(ticks)) > 10
+    assert len(np.unique(ticks)) > 5
     rng = np.random.default_rng(1)
     for size, threads in ((144, 1), (144, 2), (37, 1), (5, 2), (1, 1)):
         order = rng.permutation(144)[:size]
