@@ -22,12 +22,13 @@ from ros_processes import ROOT, wait_until
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import LaserScan
 
-from coevo_manager.core.environment import Environment
+from coevo_manager.core.environment import Environment, make_environment
 from coevo_manager.core.episodes import measure_pairs
 from coevo_manager.core.episodes.trace import trace_pair
-from coevo_manager.recording.bag import BagWriter
+from coevo_manager.core.worlds import WORLDS
+from coevo_manager.recording.bag_writer import BagWriter
+from coevo_manager.recording.episode_player import EpisodePlayer
 from coevo_manager.recording.message_types import make_typestore
-from coevo_manager.recording.player import EpisodePlayer
 from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.genome import random_genomes
 from neuro_controller.core.snapshot import read_snapshot
@@ -35,7 +36,7 @@ from neuro_controller.core.snapshot import read_snapshot
 RADIUS = np.float32(0.085)
 
 CONDITIONS = {
-    'faithful': Environment(),
+    **{world: make_environment(values) for world, values in WORLDS.items()},
     'plain': Environment(
         motor_map='printed',
         wall_contact='slide',

@@ -14,14 +14,13 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-import rclpy
+from bench_lockstep import lockstep_rate
 from bench_loop import measure_loop
 from bench_worlds import measure_worlds
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.core.evolution import Evolution, load_configuration
 from coevo_manager.core.local_evaluator import LocalEvaluator
-from coevo_manager.recording.player import STANDING, EpisodePlayer
 from neuro_controller.core.genome import random_genomes
 
 ARENAS = {'open': Environment(), 'obstacle': Environment(obstacle=True)}
@@ -172,7 +171,7 @@ class Bench:
     def lockstep(self):
         """A simulator and two controllers, three processes, over topics; real time makes 10."""
         environment = Environment(episode_ticks=300 if self.quick else 3000)
-        values = sorted(_lockstep_rate(environment) for _ in range(self.runs))
+        values = sorted(lockstep_rate(environment) for _ in range(self.runs))
         self.report('lockstep over topics', values, 'ticks/s')
 
     def worlds(self):
@@ -243,16 +242,6 @@ SECTIONS = {
     'worlds': Bench.worlds,
     'pymunk': Bench.pymunk,
 }
-
-
-def _lockstep_rate(environment):
-    """Return how many ticks a second lockstep makes between two robots that stand still."""
-    rclpy.init(args=[])
-    try:
-        with EpisodePlayer(environment) as player:
-            return player.measure(STANDING, STANDING)
-    finally:
-        rclpy.try_shutdown()
 
 
 def main():

@@ -5,6 +5,7 @@ from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from marxbot_msgs.msg import ArenaState, Camera, Ground
 from marxbot_msgs.srv import SetArena, SetPoses, Step
 from nav_msgs.msg import Odometry
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
@@ -81,6 +82,14 @@ PARAMETERS = (
         choices=('pause', 'reset'),
     ),
     Parameter('stamped_cmd_vel', True, 'take TwistStamped on cmd_vel; false: Twist'),
+    Parameter('reliable_sensors', False, 'offer the sensors reliably, 100: for recordings'),
+    Parameter(
+        'episode_numbers',
+        RosParameter.Type.INTEGER_ARRAY,
+        'numbers under which predator and prey draw what is random, from the next reset on; not '
+        'set: the number of the episode',
+        live=True,
+    ),
     Parameter(
         'cmd_vel_timeout',
         0.5,

@@ -5,6 +5,7 @@ from rcl_interfaces.msg import SetParametersResult
 from marxbot_sim.core.fields import options_of
 from marxbot_sim.core.parameters import Arena
 from marxbot_sim.core.perturbations import Perturbations
+from marxbot_sim.core.simulation import ROBOTS
 from marxbot_sim.interface import SIMULATOR
 
 _GROUPS = {'arena': Arena, 'perturbations': Perturbations}
@@ -20,6 +21,8 @@ class Parameters:
         Called with a new real-time factor that was set live.
     on_perturbations : callable
         Called with new `Perturbations` that were set live.
+    on_numbers : callable
+        Called with two numbers of episodes that were set live, each from 0 to 2**64 - 1.
 
     Raises
     ------
@@ -27,10 +30,11 @@ class Parameters:
         A value is out of its range.
     """
 
-    def __init__(self, node, on_pace, on_perturbations):
+    def __init__(self, node, on_pace, on_perturbations, on_numbers):
         self._node = node
         self._on_pace = on_pace
         self._on_perturbations = on_perturbations
+        self._on_numbers = on_numbers
         SIMULATOR.declare(node)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
@@ -52,6 +56,12 @@ class Parameters:
         }
         try:
             self.group('perturbations', changes)
+            for parameter in parameters:
+                if parameter.name == 'episode_numbers' and len(parameter.value) != len(ROBOTS):
+                    raise ValueError(
+                        f'episode_numbers has {len(parameter.value)} numbers, expected 2, of '
+                        'predator and prey'
+                    )
         except ValueError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -62,3 +72,5 @@ class Parameters:
             self._on_perturbations(self.group('perturbations'))
         if 'real_time_factor' in names:
             self._on_pace(self['real_time_factor'])
+        if 'episode_numbers' in names:
+            self._on_numbers(tuple(number % 2**64 for number in self['episode_numbers']))

@@ -14,7 +14,7 @@ from marxbot_sim.core.drive import body_speeds
 from marxbot_sim.core.layout import CAMERA, GROUND, INFRARED, TOUCH
 from marxbot_sim.core.odometry import LEAST_VARIANCE
 from marxbot_sim.core.parameters import BODY_RADIUS, INFRARED_RANGE, INFRARED_RAYS, TICK
-from marxbot_sim.interface import SENSORS, STATE
+from marxbot_sim.interface import QUEUE, SENSORS, STATE
 
 WHEEL_JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 """Names of the wheels' joints in the URDF."""
@@ -34,8 +34,7 @@ def yaw_quaternion(yaw):
 class RobotTopics:
     """The topics of one robot, under its name.
 
-    Messages are made once and filled anew, which keeps a lockstep tick short. Whatever a
-    controller does not wait for is only published while somebody listens.
+    Messages are made once and filled anew, which keeps a lockstep tick short.
 
     Parameters
     ----------
@@ -44,13 +43,18 @@ class RobotTopics:
         Name of the robot: its topics' namespace and the prefix of its frames.
     description : str
         The robot's URDF.
+    reliable_sensors : bool
+        Whether messages of the sensors are sent again where they were lost.
     """
 
-    def __init__(self, node, robot, description):
+    def __init__(self, node, robot, description, reliable_sensors=False):
+        def publisher(topic, qos):
+            return node.create_publisher(topic.type, f'{robot}/{topic.name}', qos)
+
         publishers = {
-            topic.name: node.create_publisher(topic.type, f'{robot}/{topic.name}', topic.qos)
-            for topic in (*SENSORS, *STATE)
-        }
+            topic.name: publisher(topic, QUEUE if reliable_sensors else topic.qos)
+            for topic in SENSORS
+        } | {topic.name: publisher(topic, topic.qos) for topic in STATE}
         base_frame = f'{robot}/base_link'
         self._sensors = [publishers[topic.name] for topic in SENSORS]
         self._odom = publishers['odom']
@@ -102,7 +106,7 @@ class RobotTopics:
             publisher.publish(message)
 
     def publish_state(self, stamp, pose, odometry, wheels, tick):
-        """Publish where the robot is and believes to be, if somebody listens.
+        """Publish where the robot is and believes to be.
 
         Parameters
         ----------
@@ -116,22 +120,19 @@ class RobotTopics:
             Ticks made in the episode; 0 puts the wheels' angles to 0.
         """
         self.wheel_angles = self.wheel_angles + wheels * TICK if tick else np.zeros(2)
-        if self._ground_truth.get_subscription_count():
-            _fill(self._truth_message, stamp, map(float, pose), body_speeds(wheels))
-            self._ground_truth.publish(self._truth_message)
-        if self._odom.get_subscription_count():
-            message = self._odom_message
-            _fill(message, stamp, odometry.pose, odometry.speeds)
-            message.pose.covariance = _covariance(odometry.covariance)
-            message.twist.covariance = _covariance(
-                np.diag([odometry.speed_variances[0], 0, odometry.speed_variances[1]])
-            )
-            self._odom.publish(message)
-        if self._joints.get_subscription_count():
-            self._joint_message.header.stamp = stamp
-            self._joint_message.position = self.wheel_angles.tolist()
-            self._joint_message.velocity = wheels.tolist()
-            self._joints.publish(self._joint_message)
+        _fill(self._truth_message, stamp, map(float, pose), body_speeds(wheels))
+        self._ground_truth.publish(self._truth_message)
+        message = self._odom_message
+        _fill(message, stamp, odometry.pose, odometry.speeds)
+        message.pose.covariance = _covariance(odometry.covariance)
+        message.twist.covariance = _covariance(
+            np.diag([odometry.speed_variances[0], 0, odometry.speed_variances[1]])
+        )
+        self._odom.publish(message)
+        self._joint_message.header.stamp = stamp
+        self._joint_message.position = self.wheel_angles.tolist()
+        self._joint_message.velocity = wheels.tolist()
+        self._joints.publish(self._joint_message)
 
 
 def _odometry_message(frame, child_frame):

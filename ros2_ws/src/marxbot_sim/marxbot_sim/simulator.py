@@ -37,7 +37,9 @@ class Simulator(Node):
 
     def __init__(self):
         super().__init__('simulator')
-        parameters = self._settings = Parameters(self, self._set_pace, self._perturb)
+        parameters = self._settings = Parameters(
+            self, self._set_pace, self._perturb, self._number
+        )
         self._complaints = Complaints(self.get_logger())
         self._lockstep = parameters['lockstep']
         self._paused = parameters['paused']
@@ -60,7 +62,10 @@ class Simulator(Node):
         self._clock_publisher = publishers['/clock']
         self._state_publisher = publishers['arena/state']
         self._markers_publisher = publishers['arena/markers']
-        self._robots = [RobotTopics(self, robot, description) for robot in ROBOTS]
+        self._robots = [
+            RobotTopics(self, robot, description, parameters['reliable_sensors'])
+            for robot in ROBOTS
+        ]
         self._transforms = Transforms(self, dict.fromkeys(ROBOTS, description))
         self._markers = ArenaMarkers()
         self._commands = Commands(self, parameters, self._complaints.warn, self._advance_lockstep)
@@ -94,6 +99,9 @@ class Simulator(Node):
 
     def _perturb(self, perturbations):
         self._simulation.perturb(perturbations)
+
+    def _number(self, numbers):
+        self._simulation.numbers = numbers
 
     # Ticks
 

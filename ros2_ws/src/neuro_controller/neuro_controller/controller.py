@@ -1,7 +1,6 @@
 """The controller node: a lifecycle node that runs one genome on one robot."""
 
 import sys
-from array import array
 from dataclasses import fields
 
 import numpy as np
@@ -13,7 +12,6 @@ from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rclpy.time import Time
-from std_msgs.msg import Float32MultiArray
 from std_srvs.srv import Trigger
 
 from neuro_controller.core.controller import Controller
@@ -26,6 +24,7 @@ from neuro_controller.interface import (
     DIAGNOSTICS,
     NETWORK,
     NEURONS,
+    QUEUE,
     SENSORS,
     command_topic,
 )
@@ -56,6 +55,7 @@ class ControllerNode(LifecycleNode):
         )
         self._command_topic = command_topic(self._value('stamped_cmd_vel'))
         self._message = self._command_topic.type()
+        self._neurons = NEURONS.type()
         self._complaints = Complaints(self.get_logger())
         self._active = False
         self._steps = self._restarts = 0
@@ -164,7 +164,7 @@ class ControllerNode(LifecycleNode):
                 topic.type,
                 topic.name,
                 lambda message, sensor=topic.name: self._on_sensor(sensor, message),
-                topic.qos,
+                QUEUE if self._value('reliable_sensors') else topic.qos,
             )
             for topic in SENSORS
         ]
@@ -325,10 +325,12 @@ class ControllerNode(LifecycleNode):
         twist.linear.x, twist.angular.z = self._pilot.command
         self._command_publisher.publish(message)
         self._steps += 1
-        if self._neurons_publisher.get_subscription_count():
-            controller = self._pilot.controller
-            neurons = np.concatenate([controller.inputs, controller.hidden, controller.outputs])
-            self._neurons_publisher.publish(Float32MultiArray(data=array('f', neurons.tobytes())))
+        controller, neurons = self._pilot.controller, self._neurons
+        neurons.header.stamp = stamp
+        neurons.inputs = controller.inputs
+        neurons.hidden = controller.hidden
+        neurons.outputs = controller.outputs
+        self._neurons_publisher.publish(neurons)
 
     def _report(self):
         """Tell on /diagnostics how the controller is."""

@@ -5,11 +5,10 @@ import math
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from lifecycle_msgs.srv import ChangeState, GetState
-from marxbot_msgs.msg import Camera, Ground
+from marxbot_msgs.msg import Camera, Ground, Neurons
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float32MultiArray
 from std_srvs.srv import Trigger
 
 from neuro_controller.core.drive import BODY_RADIUS, WHEEL_RADIUS, WHEEL_SEPARATION
@@ -112,6 +111,11 @@ FIXED = (
         high=3600.0,
     ),
     Parameter(
+        'reliable_sensors',
+        False,
+        'subscribe to the sensors reliably: for recordings, where the robot offers it',
+    ),
+    Parameter(
         'contact_threshold',
         0.5,
         'traction force above which the robot counts as in contact, N',
@@ -155,7 +159,12 @@ SENSORS = (
     Topic('traction', WrenchStamped, 'horizontal force, N', qos_profile_sensor_data),
 )
 
-NEURONS = Topic('neurons', Float32MultiArray, '25 inputs, 10 hidden, 2 outputs, 0 to 1', QUEUE)
+NEURONS = Topic(
+    'neurons',
+    Neurons,
+    '25 inputs, 10 hidden, 2 outputs, 0 to 1, stamped as the command they led to',
+    QUEUE,
+)
 
 DIAGNOSTICS = Topic(
     '/diagnostics',

@@ -11,12 +11,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from marxbot_msgs.msg import Camera, Ground
+from marxbot_msgs.msg import Camera, Ground, Neurons
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float32MultiArray
 from std_srvs.srv import Trigger
 
 from neuro_controller.core.champions import SHIPPED
@@ -46,7 +45,7 @@ class Robot:
         """Find the topics, which exist once the controller is configured."""
         client, topic = self.client, self.namespace
         self.commands = client.listen(TwistStamped, f'{topic}/cmd_vel')
-        self.neurons = client.listen(Float32MultiArray, f'{topic}/neurons')
+        self.neurons = client.listen(Neurons, f'{topic}/neurons')
         self.publishers = {
             name: client.publisher(kind, f'{topic}/{name}', qos_profile_sensor_data)
             for name, kind in (
@@ -154,7 +153,10 @@ def test_it_publishes_its_neurons(robot, client):
     controller.step(np.append(readings[:36], np.float32(0)))  # 0.05 N is no contact
     client.until(lambda: robot.neurons, 'neurons')
     expected = np.concatenate([controller.inputs, controller.hidden, controller.outputs])
-    assert np.array_equal(np.asarray(robot.neurons[0].data, np.float32), expected)
+    message = robot.neurons[0]
+    neurons = np.concatenate([message.inputs, message.hidden, message.outputs])
+    assert neurons.tobytes() == expected.tobytes()
+    assert message.header.stamp == robot.commands[-1].header.stamp
 
 
 @pytest.mark.parametrize(

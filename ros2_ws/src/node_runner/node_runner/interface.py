@@ -22,6 +22,7 @@ _TYPES = {
     float: 'double',
     str: 'string',
     RosParameter.Type.DOUBLE_ARRAY: 'double[]',
+    RosParameter.Type.INTEGER_ARRAY: 'int[]',
 }
 
 

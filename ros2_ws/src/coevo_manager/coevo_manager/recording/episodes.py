@@ -11,8 +11,8 @@ from rclpy.node import Node
 
 from coevo_manager.core.behaviour import complexity
 from coevo_manager.evaluators.messages import to_environment
-from coevo_manager.recording.bag import BagWriter
-from coevo_manager.recording.player import EpisodePlayer
+from coevo_manager.recording.bag_writer import BagWriter
+from coevo_manager.recording.episode_player import EpisodePlayer
 from node_runner import Concerns, Interface, Service, run_node
 from node_runner.actions import GoalServer
 

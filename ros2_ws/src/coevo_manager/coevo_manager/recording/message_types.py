@@ -1,5 +1,6 @@
 """Message types by name, for topics that are handled as bytes."""
 
+import struct
 from importlib import import_module
 from pathlib import Path
 
@@ -25,10 +26,44 @@ def message_class(type_name):
         raise ValueError(f'message type {type_name} is not installed') from None
 
 
-def has_header(message_type):
-    """Return whether a message type begins with a std_msgs/Header."""
-    fields = list(message_type.get_fields_and_field_types().items())
-    return bool(fields) and fields[0][1] == 'std_msgs/Header'
+_STAMP = struct.Struct('<iI')
+_ENCAPSULATION = 4
+"""Bytes before the first field of a serialised message."""
+
+_SEQUENCE_LENGTH = 4
+
+
+def stamp_reader(type_name):
+    """Return a function that reads the stamp of a serialised message, or None.
+
+    Types that bear simulated time have a stamp: those that begin with it or with a header, or with
+    a sequence (of one element at least) of what begins so. Diagnostics tell of real time.
+
+    Returns
+    -------
+    callable
+        From bytes to ns.
+    """
+    package, _, _ = type_name.split('/')
+    offset = None if package == 'diagnostic_msgs' else _stamp_offset(message_class(type_name))
+    if offset is None:
+        return None
+
+    def read(data):
+        seconds, nanoseconds = _STAMP.unpack_from(data, offset)
+        return seconds * 10**9 + nanoseconds
+
+    return read
+
+
+def _stamp_offset(message_type, offset=_ENCAPSULATION):
+    first = next(iter(message_type.get_fields_and_field_types().values()), '')
+    if first in ('std_msgs/Header', 'builtin_interfaces/Time'):
+        return offset
+    if first.startswith('sequence<') and '/' in first:
+        package, name = first.removeprefix('sequence<').rstrip('>').split('/')
+        return _stamp_offset(message_class(f'{package}/msg/{name}'), offset + _SEQUENCE_LENGTH)
+    return None
 
 
 def make_typestore():

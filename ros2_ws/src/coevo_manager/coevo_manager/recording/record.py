@@ -10,8 +10,8 @@ from coevo_manager.command_line import (
     read_environment,
     read_genomes,
 )
-from coevo_manager.recording.bag import BagWriter
-from coevo_manager.recording.player import EpisodePlayer
+from coevo_manager.recording.bag_writer import BagWriter
+from coevo_manager.recording.episode_player import EpisodePlayer
 from node_runner import own_arguments, run_ros
 
 

@@ -1,32 +1,36 @@
 """Receiving every message of an episode."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
-from coevo_manager.recording.message_types import message_class
+from coevo_manager.recording.message_types import message_class, stamp_reader
+from marxbot_sim.core.parameters import TICK
 from marxbot_sim.core.simulation import ROBOTS
 
-SENSORS = tuple(
-    f'/{robot}/{s}' for robot in ROBOTS for s in ('proximity', 'camera', 'ground', 'traction')
-)
-COMMANDS = tuple(f'/{robot}/cmd_vel' for robot in ROBOTS)
-GROUND_TRUTH = tuple(f'/{robot}/ground_truth' for robot in ROBOTS)
+
+def _of_robots(*names):
+    return tuple(f'/{robot}/{name}' for robot in ROBOTS for name in names)
+
+
+SENSORS = _of_robots('proximity', 'camera', 'ground', 'traction')
+COMMANDS = _of_robots('cmd_vel')
+NEURONS = _of_robots('neurons')
+GROUND_TRUTH = _of_robots('ground_truth')
 STATE = '/arena/state'
 CLOCK = '/clock'
+TRANSFORMS = '/tf'
 
-EVERY_TICK = (CLOCK, STATE, *GROUND_TRUTH, *(f'/{robot}/odom' for robot in ROBOTS))
-"""Topics with one message for the start of an episode and one after each tick."""
+EVERY_TICK = (CLOCK, STATE, '/arena/markers', *_of_robots('odom', 'ground_truth', 'joint_states'))
+"""Topics with a message for the start of an episode and one after each tick."""
 
-LATCHED = (
-    *(f'/{robot}/{topic}' for robot in ROBOTS for topic in ('leds', 'robot_description')),
-    '/tf_static',
-)
+LATCHED = (*_of_robots('leds', 'robot_description'), '/tf_static')
 """Topics with a message that was sent before the episode and holds for it."""
 
 _IGNORED = ('/rosout', '/parameter_events', '/transition_event')
 _DEPTH = 5000
+_TICK_NANOSECONDS = round(TICK * 1e9)
 
 
 class Recorder:
@@ -40,8 +44,6 @@ class Recorder:
 
     Attributes
     ----------
-    counts : collections.Counter
-        Messages received since `clear`, by topic.
     state : marxbot_msgs.msg.ArenaState or None
         The last one since `clear`.
     """
@@ -51,7 +53,8 @@ class Recorder:
         self._prefix = prefix
         self._topics = {}
         self._messages = []
-        self.counts = Counter()
+        self._ticks = defaultdict(set)
+        self._whole = Counter()
         self.state = None
 
     def subscribe(self, nodes):
@@ -70,31 +73,34 @@ class Recorder:
                 short = topic.removeprefix(self._prefix)
                 if short not in self._topics and not short.endswith(_IGNORED):
                     self._add(topic, short, types[0])
-        return self._topics.keys() >= {*SENSORS, *COMMANDS, *EVERY_TICK, *LATCHED}
+        needed = {*SENSORS, *COMMANDS, *NEURONS, *EVERY_TICK, *LATCHED}
+        return self._topics.keys() >= needed
 
     def _add(self, topic, short, type_name):
         publishers = self._node.get_publishers_info_by_topic(topic)
         if not publishers:
             return
         offered = publishers[0].qos_profile
+        if offered.reliability != ReliabilityPolicy.RELIABLE:
+            raise RuntimeError(f'{topic} is offered without reliability, nothing to record')
         latched = short in LATCHED
         qos = QoSProfile(
             depth=_DEPTH,
-            reliability=offered.reliability,
             durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
         )
         self._topics[short] = type_name, offered
+        stamp = stamp_reader(type_name)
         self._node.create_subscription(
             message_class(type_name),
             topic,
-            lambda data, short=short: self._take(short, data),
+            lambda data: self._take(short, data, stamp),
             qos,
             raw=True,
         )
 
-    def _take(self, topic, data):
+    def _take(self, topic, data, stamp):
         self._messages.append((topic, data))
-        self.counts[topic] += 1
+        self._ticks[topic].add(_tick(stamp(data)) if stamp else 0)
         if topic == STATE:
             self.state = self._decode(topic, data)
 
@@ -104,33 +110,49 @@ class Recorder:
     def clear(self):
         """Forget everything but latched messages."""
         self._messages = [(topic, data) for topic, data in self._messages if topic in LATCHED]
-        self.counts = Counter(topic for topic, _ in self._messages)
+        self._ticks = defaultdict(set, {topic: {0} for topic, _ in self._messages})
+        self._whole.clear()
         self.state = None
 
-    def begun(self):
-        """Return whether the start of an episode has been received."""
-        return (
-            all(self.counts[topic] for topic in (*EVERY_TICK, *LATCHED)) and self.state.tick == 0
-        )
-
-    def complete(self, ticks, commands):
-        """Return whether no message of an episode is missing.
+    def lacking(self, ticks, commands):
+        """Return what has not come: topics, each with the first tick that it lacks.
 
         Parameters
         ----------
         ticks : int
-            Ticks of the episode.
+            Ticks made in the episode.
         commands : bool
             Whether each tick had commands of its own.
         """
         wanted = dict.fromkeys(EVERY_TICK, ticks + 1) | dict.fromkeys(SENSORS, ticks)
+        wanted |= dict.fromkeys(LATCHED, 1)
+        if TRANSFORMS in self._topics:
+            wanted[TRANSFORMS] = ticks + 1
         if commands:
-            wanted |= dict.fromkeys(COMMANDS, ticks)
-        return all(self.counts[topic] >= count for topic, count in wanted.items())
+            wanted |= dict.fromkeys((*COMMANDS, *NEURONS), ticks)
+        firsts = {topic: self._first_missing(topic) for topic in wanted}
+        lacking = {topic: tick for topic, tick in firsts.items() if tick < wanted[topic]}
+        if not commands:
+            for topics in zip(COMMANDS, NEURONS, strict=True):
+                lacking |= self._differing(*topics)  # each step of a controller leads to both
+        return lacking
 
-    def decoded(self, *topics):
-        """Return the messages of some topics, in order, as pairs of topic and message."""
-        return [(t, self._decode(t, data)) for t, data in self._messages if t in topics]
+    def _first_missing(self, topic):
+        tick = self._whole[topic]
+        while tick in self._ticks[topic]:
+            tick += 1
+        self._whole[topic] = tick
+        return tick
+
+    def _differing(self, one, other):
+        ones, others = self._ticks[one], self._ticks[other]
+        pairs = ((one, others - ones), (other, ones - others))
+        return {topic: min(missing) for topic, missing in pairs if missing}
+
+    def by_tick(self, topic):
+        """Return the decoded messages of a topic, by the tick of their stamp."""
+        messages = (self._decode(t, data) for t, data in self._messages if t == topic)
+        return {_tick(_nanoseconds(message.header.stamp)): message for message in messages}
 
     def last(self, topic):
         """Return the last message of a topic."""
@@ -144,3 +166,12 @@ class Recorder:
             bag.add_topic(topic, type_name, qos)
         for topic, data in self._messages:
             bag.write(topic, data)
+
+
+def _nanoseconds(stamp):
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+def _tick(nanoseconds):
+    """Return the tick of a stamp; the simulator's clock starts at one tick."""
+    return round(nanoseconds / _TICK_NANOSECONDS) - 1

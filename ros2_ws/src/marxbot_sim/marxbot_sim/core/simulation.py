@@ -32,6 +32,9 @@ class Simulation:
     ----------
     episode : int
         Number of the episode, from 0.
+    numbers : tuple of two int or None
+        Under which predator and prey draw what is random, from the next episode on, see
+        `PerturbedRobots.begin`; None takes the number of the episode.
     tick : int
         Ticks made in the episode.
     captured : bool
@@ -55,6 +58,7 @@ class Simulation:
         self._max_wheel_speed = max_wheel_speed
         self._world = make_world(physics, arena)
         self.episode = -1
+        self.numbers = None
         self.perturb(perturbations)
         self.reset()
 
@@ -82,7 +86,7 @@ class Simulation:
         """Change how imperfect the robots are, from now on; starts from the next episode on."""
         self._motor_noises = perturbations.motor_noises
         self._robots = PerturbedRobots(perturbations, [self._max_wheel_speed] * len(ROBOTS))
-        self._robots.begin([max(self.episode, 0)] * len(ROBOTS))
+        self._robots.begin(self._numbers(max(self.episode, 0)))
 
     def reset(self, poses=None):
         """Start the next episode.
@@ -112,15 +116,18 @@ class Simulation:
 
     def _begin(self, world, poses):
         episode = self.episode + 1
-        world.reset(self._robots.starts([episode] * len(ROBOTS)) if poses is None else poses)
+        world.reset(self._robots.starts(self._numbers(episode)) if poses is None else poses)
         self._world = world
         self.episode = episode
         self.tick = 0
         self.captured = False
         self.wheels = np.zeros((2, 2), np.float32)
         self.odometry = [Odometry() for _ in ROBOTS]
-        self._robots.begin([episode] * len(ROBOTS))
+        self._robots.begin(self._numbers(episode))
         self.readings = self._robots.sense(world.readings)
+
+    def _numbers(self, episode):
+        return self.numbers or (episode,) * len(ROBOTS)
 
     def step(self, commands):
         """Make one tick.

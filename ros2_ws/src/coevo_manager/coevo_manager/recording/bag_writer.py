@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import struct
 from pathlib import Path
 
 from rosbags.interfaces import (
@@ -15,21 +14,16 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from coevo_manager.recording.message_types import has_header, make_typestore, message_class
+from coevo_manager.recording.message_types import make_typestore, stamp_reader
 
-_STAMP = struct.Struct('<iI')
-_STAMP_OFFSET = 4
-"""A serialised message begins with 4 bytes of encapsulation; a header with its stamp."""
-
-_CLOCK = 'rosgraph_msgs/msg/Clock'
 _INFINITE = QosTime(2147483647, 4294967295)
 
 
 class BagWriter:
     """A bag that appears under its name when it is complete, and not before.
 
-    Messages are filed under simulated time: that of their header, or else, and for diagnostics,
-    which tell of real time, that of the last clock message.
+    Messages are filed under simulated time: that of their stamp, or, where they have none, that of
+    the message before.
     To be used as a context manager; an exception leaves no bag.
 
     Parameters
@@ -88,21 +82,14 @@ class BagWriter:
         connection = self._writer.add_connection(
             topic, type_name, typestore=self._types, offered_qos_profiles=[_bag_qos(qos)]
         )
-        of_real_time = type_name.startswith('diagnostic_msgs/')
-        with_header = has_header(message_class(type_name)) and not of_real_time
-        stamped = type_name == _CLOCK or with_header
-        self._connections[topic] = connection, stamped, type_name == _CLOCK
+        self._connections[topic] = connection, stamp_reader(type_name)
 
     def write(self, topic, data):
         """Append a serialised message (bytes)."""
-        connection, stamped, is_clock = self._connections[topic]
-        time = self._now
-        if stamped:
-            seconds, nanoseconds = _STAMP.unpack_from(data, _STAMP_OFFSET)
-            time = seconds * 10**9 + nanoseconds
-        if is_clock:
-            self._now = time
-        self._writer.write(connection, time, data)
+        connection, stamp = self._connections[topic]
+        if stamp is not None:
+            self._now = stamp(data)
+        self._writer.write(connection, self._now, data)
 
 
 def _bag_qos(qos):
