@@ -1,7 +1,8 @@
 """Writing rosbag2 bags (MCAP, zstd) of serialised messages."""
 
-import os
+import contextlib
 import shutil
+import tempfile
 from pathlib import Path
 
 from rosbags.interfaces import (
@@ -12,11 +13,16 @@ from rosbags.interfaces import (
     QosReliability,
     QosTime,
 )
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.rosbag2 import StoragePlugin, Writer
 
+from coevo_manager.recording.mcap_storage import McapStorage
 from coevo_manager.recording.message_types import make_typestore, stamp_reader
 
 _INFINITE = QosTime(2147483647, 4294967295)
+
+
+class _Writer(Writer):
+    STORAGE_PLUGINS = {StoragePlugin.MCAP: McapStorage}  # noqa: RUF012  as its parent has it
 
 
 class BagWriter:
@@ -35,38 +41,52 @@ class BagWriter:
     ------
     ValueError
         Something of that name exists.
+    RuntimeError
+        The bag cannot be written.
     """
 
     def __init__(self, path):
         self._path = Path(path)
         if self._path.exists():
             raise ValueError(f'{self._path} exists, expected the name of a new bag')
-        self._partial = self._path.with_name(f'.{self._path.name}.{os.getpid()}.partial')
-        shutil.rmtree(self._partial, ignore_errors=True)
         self._types = make_typestore()
         self._connections = {}
         self._now = 0
 
     def __enter__(self):
-        self._writer = Writer(self._partial, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        self._writer.open()
+        with self._writing():
+            self._partial = Path(
+                tempfile.mkdtemp(
+                    prefix=f'.{self._path.name}.', suffix='.partial', dir=self._path.parent
+                )
+            )
+            self._writer = _Writer(
+                self._partial / self._path.name, version=9, storage_plugin=StoragePlugin.MCAP
+            )
+            self._writer.open()
         return self
 
     def __exit__(self, error, *_):
-        self._writer.close()
-        if error is not None:
-            shutil.rmtree(self._partial)
-            return
-        written = self._partial / f'{self._partial.name}.mcap'
-        target = self._partial / f'{self._path.name}.mcap'
-        written.rename(target)
-        metadata = self._partial / 'metadata.yaml'
-        metadata.write_text(
-            metadata.read_text(encoding='utf-8').replace(written.name, target.name),
-            encoding='utf-8',
-        )
-        self._partial.replace(self._path)
+        try:
+            if error is None:
+                with self._writing():
+                    self._writer.close()
+                    self._writer.path.replace(self._path)
+        finally:
+            self._writer.abort()
+            shutil.rmtree(self._partial, ignore_errors=True)
+
+    @contextlib.contextmanager
+    def _writing(self):
+        try:
+            yield
+        except OSError as error:
+            raise RuntimeError(f'{self._path} cannot be written: {error.strerror}') from None
+
+    def attach(self, name, media_type, data):
+        """Add a file (bytes) to the bag."""
+        with self._writing():
+            self._writer.storage.attach(name, media_type, data)
 
     def add_topic(self, topic, type_name, qos):
         """Add a topic.
@@ -79,9 +99,10 @@ class BagWriter:
         qos : rclpy.qos.QoSProfile
             What its publisher offers.
         """
-        connection = self._writer.add_connection(
-            topic, type_name, typestore=self._types, offered_qos_profiles=[_bag_qos(qos)]
-        )
+        with self._writing():
+            connection = self._writer.add_connection(
+                topic, type_name, typestore=self._types, offered_qos_profiles=[_bag_qos(qos)]
+            )
         self._connections[topic] = connection, stamp_reader(type_name)
 
     def write(self, topic, data):
@@ -89,7 +110,8 @@ class BagWriter:
         connection, stamp = self._connections[topic]
         if stamp is not None:
             self._now = stamp(data)
-        self._writer.write(connection, self._now, data)
+        with self._writing():
+            self._writer.write(connection, self._now, data)
 
 
 def _bag_qos(qos):

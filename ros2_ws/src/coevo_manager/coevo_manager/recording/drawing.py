@@ -1,21 +1,15 @@
-"""Episodes as pictures: trajectories as PNG, the chase as an animated GIF."""
+"""Episodes as pictures: the arena, the robots, their trajectories."""
 
+import io
 from dataclasses import dataclass
 
-import matplotlib
 import numpy as np
-from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 
 from coevo_manager.core.species import COLOURS
 from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK
-
-matplotlib.use('Agg')
-
-FRAMES_PER_SECOND = 10
-TRAIL = 50
-"""Ticks of the trail in an animation."""
 
 
 @dataclass(frozen=True)
@@ -55,8 +49,9 @@ class Track:
         )
 
 
-def _arena(track):
-    figure = Figure(figsize=(5, 5.3), dpi=110, layout='constrained')
+def draw_arena(track):
+    """Return a figure and its axes with all that does not move, the legend included."""
+    figure = Figure(figsize=(5, 5.4), dpi=110, layout='constrained')
     axes = figure.add_subplot()
     half = track.size / 2
     axes.add_patch(
@@ -71,56 +66,49 @@ def _arena(track):
         ylim=(-half * 1.03, half * 1.03),
         xlabel='x (m)',
         ylabel='y (m)',
+        title=' ',
     )
     axes.set_aspect('equal')
+    handles = [
+        Line2D([], [], color=color, marker='o', ms=9, mec='black', label=species)
+        for species, color in COLOURS.items()
+    ]
+    figure.legend(handles=handles, loc='outside lower center', ncols=2, frameon=False)
     return figure, axes
 
 
-def _robot(axes, pose, color):
-    x, y, heading = pose
-    body = axes.add_patch(
-        Circle((x, y), BODY_RADIUS, facecolor=color, edgecolor='black', lw=0.8, zorder=3)
-    )
-    (nose,) = axes.plot(*_nose(x, y, heading), color='black', lw=1.5, zorder=4)
-    return body, nose
+class RobotArtists:
+    """A robot in a drawing: its body, and a line from its centre forward."""
+
+    def __init__(self, axes, color):
+        self._body = axes.add_patch(
+            Circle((0, 0), BODY_RADIUS, facecolor=color, edgecolor='black', lw=0.8, zorder=3)
+        )
+        (self._nose,) = axes.plot([], [], color='black', lw=1.5, zorder=4)
+
+    @property
+    def artists(self):
+        """What is drawn, the lowest first."""
+        return self._body, self._nose
+
+    def move(self, pose):
+        """Put it at x, y, heading."""
+        x, y, heading = pose
+        self._body.center = x, y
+        self._nose.set_data(
+            [x, x + BODY_RADIUS * np.cos(heading)], [y, y + BODY_RADIUS * np.sin(heading)]
+        )
 
 
-def _nose(x, y, heading):
-    return [x, x + BODY_RADIUS * np.cos(heading)], [y, y + BODY_RADIUS * np.sin(heading)]
-
-
-def draw_trajectories(track, path):
-    """Write the paths of both robots, with their starts (hollow) and ends, to a PNG."""
-    figure, axes = _arena(track)
-    for robot, (name, color) in enumerate(COLOURS.items()):
-        poses = track.poses[:, robot]
-        axes.plot(poses[:, 0], poses[:, 1], color=color, lw=1, label=name)
-        axes.add_patch(Circle(poses[0, :2], BODY_RADIUS, fill=False, edgecolor=color, ls='--'))
-        _robot(axes, poses[-1], color)
-    axes.set_title(track.title)
-    figure.legend(loc='outside lower center', ncols=2, frameon=False)
-    figure.savefig(path, format='png')
-
-
-def draw_animation(track, path, rate=1.0):
-    """Write an animated GIF that runs at `rate` times real time."""
-    figure, axes = _arena(track)
-    robots, trails = [], []
+def draw_trajectories(track):
+    """Return a PNG (bytes) of both robots' paths, with their starts (hollow) and ends."""
+    figure, axes = draw_arena(track)
     for robot, color in enumerate(COLOURS.values()):
-        robots.append(_robot(axes, track.poses[0, robot], color))
-        trails.append(axes.plot([], [], color=color, lw=1.5)[0])
-    step = max(1, round(rate / (TICK * FRAMES_PER_SECOND)))
-    ticks = [*range(0, len(track.poses) - 1, step), len(track.poses) - 1]
-    title = axes.set_title('')
-
-    def draw(tick):
-        title.set_text(track.title if tick == ticks[-1] else f'{tick * TICK:.1f} s')
-        for robot, ((body, nose), trail) in enumerate(zip(robots, trails, strict=True)):
-            x, y, heading = track.poses[tick, robot]
-            body.center = x, y
-            nose.set_data(*_nose(x, y, heading))
-            trail.set_data(*track.poses[max(0, tick - TRAIL) : tick + 1, robot, :2].T)
-
-    pace = min(FRAMES_PER_SECOND, rate / (TICK * step))
-    animation = FuncAnimation(figure, draw, frames=ticks, repeat=False)
-    animation.save(path, writer=PillowWriter(fps=pace))
+        poses = track.poses[:, robot]
+        axes.plot(poses[:, 0], poses[:, 1], color=color, lw=1)
+        axes.add_patch(Circle(poses[0, :2], BODY_RADIUS, fill=False, edgecolor=color, ls='--'))
+        RobotArtists(axes, color).move(poses[-1])
+    axes.set_title(track.title)
+    content = io.BytesIO()
+    figure.savefig(content, format='png')
+    return content.getvalue()

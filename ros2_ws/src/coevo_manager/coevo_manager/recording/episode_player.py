@@ -149,8 +149,7 @@ class EpisodePlayer:
         """
         recorder, deadline = self._recorder, time.monotonic() + START_TIMEOUT
         while True:
-            recorder.clear()
-            self._processes.reset()
+            self._processes.reset(recorder.clear)
             self._processes.step(1)
             try:
                 self._processes.wait(

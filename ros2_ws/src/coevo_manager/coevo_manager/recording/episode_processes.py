@@ -53,6 +53,7 @@ class EpisodeProcesses:
     def __init__(self, environment, real_time_factor, namespace=None):
         self._environment = environment
         self._real_time_factor = real_time_factor
+        self._episode = 0
         self._namespace = namespace or f'/episode_{os.getpid()}_{id(self):x}'
         self.prefix = self._namespace.rstrip('/')
 
@@ -207,9 +208,11 @@ class EpisodeProcesses:
                 if not self._call(client, request).success:
                     raise RuntimeError(f'{client.srv_name} refused transition {transition}')
 
-    def reset(self):
-        """Begin the episode, paused."""
+    def reset(self, announce=lambda number: None):
+        """Begin an episode, paused; its number is announced before."""
         self._call(self._pause, SetBool.Request(data=True))
+        self._episode += 1
+        announce(self._episode)
         self._call(self._reset, Trigger.Request())
 
     def step(self, ticks):

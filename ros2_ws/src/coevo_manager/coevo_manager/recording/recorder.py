@@ -55,6 +55,7 @@ class Recorder:
         self._messages = []
         self._ticks = defaultdict(set)
         self._whole = Counter()
+        self._episode = None
         self.state = None
 
     def subscribe(self, nodes):
@@ -99,16 +100,23 @@ class Recorder:
         )
 
     def _take(self, topic, data, stamp):
+        if topic == STATE:
+            state = self._decode(topic, data)
+            if state.episode != self._episode:
+                return
+            self.state = state
         self._messages.append((topic, data))
         self._ticks[topic].add(_tick(stamp(data)) if stamp else 0)
-        if topic == STATE:
-            self.state = self._decode(topic, data)
 
     def _decode(self, topic, data):
         return deserialize_message(data, message_class(self._topics[topic][0]))
 
-    def clear(self):
-        """Forget everything but latched messages."""
+    def clear(self, episode):
+        """Forget everything but latched messages, and keep what comes of an episode's number.
+
+        Of other topics than that of the state, late messages of a former episode may be kept too.
+        """
+        self._episode = episode
         self._messages = [(topic, data) for topic, data in self._messages if topic in LATCHED]
         self._ticks = defaultdict(set, {topic: {0} for topic, _ in self._messages})
         self._whole.clear()

@@ -1,0 +1,138 @@
+"""The chase as an animation: a GIF, or a film where ffmpeg is installed."""
+
+import io
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from PIL import Image
+
+from coevo_manager.core.species import COLOURS
+from coevo_manager.recording.drawing import RobotArtists, draw_arena
+from marxbot_sim.core.parameters import TICK
+
+FRAMES_PER_SECOND = 10
+TRAIL = 50
+"""Ticks of a robot's trail."""
+
+CODECS = {
+    '.mp4': ['-c:v', 'libx264', '-pix_fmt', 'yuv420p'],
+    '.webm': ['-c:v', 'libvpx-vp9', '-pix_fmt', 'yuv420p'],
+}
+"""What ffmpeg is told for each kind of film."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Which ticks of an episode an animation shows, and how fast.
+
+    Attributes
+    ----------
+    ticks : list of int
+        One for each frame.
+    rate : float
+        Frames a second.
+    """
+
+    ticks: list
+    rate: float
+
+    @classmethod
+    def of(cls, track, rate):
+        """Return the pace that shows a track at `rate` times real time."""
+        step = max(1, round(rate / (TICK * FRAMES_PER_SECOND)))
+        last = len(track.poses) - 1
+        return cls([*range(0, last, step), last], min(FRAMES_PER_SECOND, rate / (TICK * step)))
+
+
+def draw_frames(track, ticks):
+    """Yield a picture (uint8 array, (height, width, 3)) for each tick.
+
+    Only what moves is drawn anew, over a copy of all else.
+    """
+    figure, axes = draw_arena(track)
+    title = axes.set_title(' ')
+    trails = [axes.plot([], [], color=color, lw=1.5)[0] for color in COLOURS.values()]
+    robots = [RobotArtists(axes, color) for color in COLOURS.values()]
+    moving = [title, *trails, *(artist for robot in robots for artist in robot.artists)]
+    for artist in moving:
+        artist.set_animated(True)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)
+    for tick in ticks:
+        canvas.restore_region(still)
+        title.set_text(track.title if tick == ticks[-1] else f'{tick * TICK:.1f} s')
+        for number, (robot, trail) in enumerate(zip(robots, trails, strict=True)):
+            robot.move(track.poses[tick, number])
+            trail.set_data(*track.poses[max(0, tick - TRAIL) : tick + 1, number, :2].T)
+        for artist in moving:
+            figure.draw_artist(artist)
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def make_gif(track, pace, advance=lambda: None):
+    """Return an animated GIF (bytes); `advance` is called after each frame."""
+    frames = []
+    for frame in draw_frames(track, pace.ticks):
+        image = Image.fromarray(frame)
+        palette = frames[0] if frames else image.quantize(64)
+        frames.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
+        advance()
+    content = io.BytesIO()
+    frames[0].save(
+        content,
+        format='GIF',
+        save_all=True,
+        append_images=frames[1:],
+        duration=round(1000 / pace.rate),
+        loop=0,
+        optimize=False,
+    )
+    return content.getvalue()
+
+
+def make_film(track, pace, suffix, advance=lambda: None):
+    """Return a film (bytes); `advance` is called after each frame.
+
+    Parameters
+    ----------
+    suffix : str
+        One of `CODECS`.
+
+    Raises
+    ------
+    RuntimeError
+        ffmpeg fails.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        film = Path(folder, f'film{suffix}')
+        encoder = None
+        for frame in draw_frames(track, pace.ticks):
+            height, width = (side - side % 2 for side in frame.shape[:2])
+            if encoder is None:
+                encoder = _start_encoder(film, width, height, pace.rate)
+            try:
+                encoder.stdin.write(frame[:height, :width].tobytes())
+            except BrokenPipeError:
+                break
+            advance()
+        _, complaint = encoder.communicate()
+        if encoder.returncode:
+            raise RuntimeError(f'ffmpeg failed: {complaint.decode(errors="replace").strip()}')
+        return film.read_bytes()
+
+
+def _start_encoder(film, width, height, rate):
+    raw = ['-f', 'rawvideo', '-pix_fmt', 'rgb24', '-s', f'{width}x{height}', '-r', f'{rate:g}']
+    command = ['ffmpeg', '-loglevel', 'error', *raw, '-i', '-', *CODECS[film.suffix], str(film)]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+
+
+def have_ffmpeg():
+    """Return whether films can be made here."""
+    return shutil.which('ffmpeg') is not None
