@@ -1,6 +1,7 @@
 """Episodes over topics: equal to the headless ones bit for bit, and whole in their bags."""
 
 import io
+import json
 import signal
 
 import numpy as np
@@ -25,11 +26,14 @@ from sensor_msgs.msg import LaserScan
 from coevo_manager.core.environment import Environment, make_environment
 from coevo_manager.core.episodes import measure_pairs
 from coevo_manager.core.episodes.trace import trace_pair
+from coevo_manager.core.provenance import choose_environment
 from coevo_manager.core.worlds import WORLDS
+from coevo_manager.recording.bag_reader import EPISODE, BagReader
 from coevo_manager.recording.bag_writer import BagWriter
 from coevo_manager.recording.episode_player import EpisodePlayer
 from coevo_manager.recording.message_types import make_typestore
-from neuro_controller.core.champions import SHIPPED
+from marxbot_sim.core.perturbations import Perturbations
+from neuro_controller.core.champions import SHIPPED, select_champion
 from neuro_controller.core.genome import random_genomes
 from neuro_controller.core.snapshot import read_snapshot
 
@@ -63,6 +67,14 @@ def pairs(condition):
     yield predators[1], prey[2]
     for _ in range(PAIRS - 2):
         yield random_genomes(2, rng)
+
+
+def stamps_of(reader, topic):
+    """Yield the topic's ticks, by its messages' stamps."""
+    connections = [c for c in reader.connections if c.topic == topic]
+    for connection, _, data in reader.messages(connections=connections):
+        stamp = reader.deserialize(data, connection.msgtype).header.stamp
+        yield topic, round(stamp.sec * 10 + stamp.nanosec * 1e-8) - 1
 
 
 @pytest.fixture(scope='module')
@@ -104,7 +116,8 @@ def test_a_bag_holds_every_message_of_every_topic(recorded):
         per_tick = {'proximity', 'camera', 'ground', 'traction', 'cmd_vel', 'neurons'}
         for robot in ('predator', 'prey'):
             for name in per_tick:
-                assert counts[f'/{robot}/{name}'] >= episode.ticks  # more where some came again
+                stamps = {stamp for topic, stamp in stamps_of(reader, f'/{robot}/{name}')}
+                assert stamps == set(range(episode.ticks))
             for name in ('odom', 'ground_truth', 'joint_states'):
                 assert counts[f'/{robot}/{name}'] == episode.ticks + 1
             assert counts[f'/{robot}/leds'] == counts[f'/{robot}/robot_description'] == 1
@@ -144,8 +157,7 @@ def test_a_bag_has_the_wires_types_and_qos_and_simulated_time(recorded):
         topic = entry['topic_metadata']
         assert topic['type_description_hash'] == hashes[topic['type']], topic['name']
         (qos,) = topic['offered_qos_profiles']
-        sensor = topic['name'].rsplit('/')[-1] in ('proximity', 'camera', 'ground', 'traction')
-        assert qos['reliability'] == ('best_effort' if sensor else 'reliable')
+        assert qos['reliability'] == 'reliable'
         latched = topic['name'].endswith(('leds', 'robot_description', '/state', '/tf_static'))
         assert qos['durability'] == ('transient_local' if latched else 'volatile')
 
@@ -169,17 +181,32 @@ def run(starter, *arguments):
     return process
 
 
+def make_environment_of(record):
+    fields = record['environment']
+    return Environment(**{**fields, 'perturbations': Perturbations(**fields['perturbations'])})
+
+
 def test_record_reports_the_capture_and_replay_draws_it(starter, tmp_path):
-    environment = Environment(episode_ticks=200)
-    champions = read_snapshot(SHIPPED / 'open.npz')
-    predator, prey = champions.best('predator', 1)[0], champions.best('prey', 2)[1]
-    trace = trace_pair(predator, prey, environment)
+    champions = [
+        select_champion(text, species)
+        for text, species in (('shipped/open', 'predator'), ('shipped/open:0:1', 'prey'))
+    ]
+    environment, _ = choose_environment(champions, {'episode_ticks': 200})
+    trace = trace_pair(*(champion.genome for champion in champions), environment)
     bag = tmp_path / 'bag'
     options = '--prey', 'shipped/open:0:1', '--episode-ticks', 200
     process = run(starter, 'record', bag, *options)
     assert process.returncode == 0, process.stderr_text
     outcome = 'prey captured' if trace.captured else 'prey got away'
     assert f'{outcome} at tick {trace.ticks} of 200' in process.stdout_text
+    assert 'episode_ticks is 200, in place of 1000 where the prey evolved' in process.stderr_text
+    with BagReader(bag) as reader:
+        record = json.loads(reader.attachment(EPISODE))
+    assert make_environment_of(record) == environment
+    for champion in champions:
+        genome = np.array(record[champion.species]['genome'], np.float32)
+        assert genome.tobytes() == champion.genome.tobytes()
+        assert record[champion.species]['configuration'] == champion.origin.configuration
 
     png, gif = tmp_path / 'a.png', tmp_path / 'a.gif'
     assert run(starter, 'replay', bag, '--png', png, '--gif', gif, '--rate', 5).returncode == 0
@@ -188,6 +215,10 @@ def test_record_reports_the_capture_and_replay_draws_it(starter, tmp_path):
         assert len(set(np.asarray(image.convert('L')).ravel().tolist())) > 50
     with Image.open(gif) as image:
         assert image.n_frames == -(-trace.ticks // 5) + 1
+
+    assert (
+        str(champions[1]) in run(starter, 'replay', bag, '--png', tmp_path / 'b.png').stdout_text
+    )
 
     again = run(starter, 'record', bag, *options)
     assert again.returncode == 2
@@ -215,16 +246,17 @@ def test_replay_publishes_what_was_recorded(recorded, starter, client):
         (['record', 'new', '--predator', '/nowhere'], '/nowhere does not exist'),
         (['record', 'new', '--episode-ticks', '0'], 'episode_ticks is 0'),
         (['record', 'new', '--real-time-factor', '-1'], 'real_time_factor is -1.0'),
-        (['record', 'no/folder/new'], 'no/folder is not a folder'),
+        (['record', 'no/folder/new'], 'no/folder is no folder'),
         (['replay', '/nowhere'], '/nowhere is not the folder of a bag'),
-        (['replay', '.', '--png', 'new.png'], 'is not a readable bag'),
-        (['replay', '.', '--rate', '0'], 'argument --rate: is 0.0'),
+        (['replay', '.', '--png', 'new.png'], '. is not a bag: it has no metadata.yaml'),
+        (['replay', '.', '--rate', '0'], 'rate is 0.0'),
+        (['replay', '.', '--gif', 'new.png'], 'expected one that ends in .gif'),
         (['export', 'shipped/open', '--species', 'prey'], 'nothing to write'),
         (['export', 'shipped/none', '--species', 'prey', '--yaml', 'x'], 'does not exist'),
         (['export', 'shipped/open', '--species', 'cat'], 'invalid choice'),
         (
             ['export', 'shipped/open', '--species', 'prey', '--header', 'no/x.h'],
-            'no/x.h cannot be written',
+            'No such file or directory',
         ),
     ],
 )
@@ -240,7 +272,7 @@ def test_bad_input_is_one_sentence_and_exit_code_2(starter, tmp_path, arguments,
 
 def test_exported_parameters_drive_a_controller_as_they_are(starter, client, tmp_path):
     file = tmp_path / 'prey.yaml'
-    arguments = ['--species', 'prey', '--yaml', file, '--motor-map', 'signed']
+    arguments = ['--species', 'prey', '--yaml', file]
     assert run(starter, 'export', 'shipped/open', *arguments).returncode == 0
     ros_arguments = ['-r', '__ns:=/exported', '-p', 'autostart:=true', '--params-file', file]
     starter(['neuro_controller', 'controller', '--ros-args', *ros_arguments])
@@ -301,6 +333,16 @@ def test_the_action_plays_cancels_and_refuses(starter, client, tmp_path):
     assert status == GoalStatus.STATUS_CANCELED and not answer.success
     process.send_signal(signal.SIGINT)
     assert process.wait(10) == 0
+
+
+def test_an_interrupted_recording_leaves_nothing(starter, tmp_path):
+    arguments = ['--real-time-factor', '1', '--episode-ticks', '500000']
+    process = starter(['coevo_manager', 'record', tmp_path / 'bag', *arguments])
+    wait_until(lambda: list(tmp_path.iterdir()), 'the start of the bag', 60)
+    process.send_signal(signal.SIGINT)
+    assert process.wait(30) == 130
+    assert process.stderr_text.splitlines()[-1] == 'record: interrupted, there is no bag'
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_killed_simulator_ends_the_episode_with_a_sentence(starter, tmp_path):

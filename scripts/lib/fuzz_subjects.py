@@ -38,7 +38,7 @@ try:
 
     CHECKED_BAGS = frozenset({'bag.mcap'})
 except ImportError:  # bags without checksums
-    from coevo_manager.recording.bag import BagWriter
+    from coevo_manager.recording.bag_writer import BagWriter
 
     CHECKED_BAGS = frozenset()
 

@@ -7,17 +7,17 @@ import contextlib
 import errno
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
-import numpy as np
-
-from coevo_manager.core.environment import OPTIONS, Environment, make_environment
+from coevo_manager.core.environment import OPTIONS, Environment
+from coevo_manager.core.provenance import choose_environment
 from coevo_manager.core.species import SPECIES
-from coevo_manager.core.worlds import WORLD, WORLDS
+from coevo_manager.core.worlds import WORLD
 from marxbot_sim.core.fields import Option
-from neuro_controller.core.champions import select_champion
+from neuro_controller.core.champions import Champion, select_champion
 
 GENOME_HELP = (
     'RUN[:GENERATION[:RANK]], a run folder or snapshot, the generation (default: last) and the '
@@ -147,16 +147,20 @@ def reader(option: Option) -> Callable[[str], Any]:
 def add_environment_options(
     parser: argparse.ArgumentParser, names: Iterable[str] = OPTIONS
 ) -> None:
-    """Add the options of an `Environment`, all or some: a world, and what differs from it."""
-    group = parser.add_argument_group('environment')
-    add_option(group, WORLD)
-    for name in names:
-        add_option(group, OPTIONS[name], WORLDS, default=argparse.SUPPRESS)
+    """Add the options that replace what champions evolved in, all or some."""
+    group = parser.add_argument_group('environment', 'in place of what the champions evolved in')
+    for option in (WORLD, *(OPTIONS[name] for name in names)):
+        add_option(group, replace(option, default=None), default=argparse.SUPPRESS)
 
 
-def read_environment(options: argparse.Namespace) -> Environment:
-    """Return the `Environment` that was asked for."""
-    return make_environment({**WORLDS[options.world], **vars(options)})
+def read_environment(
+    program: str, options: argparse.Namespace, champions: Sequence[Champion]
+) -> Environment:
+    """Return the `Environment` of champions, with the options given; tell what they replace."""
+    environment, replaced = choose_environment(champions, vars(options))
+    for sentence in replaced:
+        print(f'{program}: {sentence}', file=sys.stderr)
+    return environment
 
 
 def add_genome_options(parser: argparse.ArgumentParser) -> None:
@@ -170,9 +174,9 @@ def add_genome_options(parser: argparse.ArgumentParser) -> None:
         )
 
 
-def read_genomes(options: argparse.Namespace) -> list[np.ndarray]:
-    """Return the genomes of predator and prey; ValueError if there are none such."""
-    return [select_champion(getattr(options, species), species).genome for species in SPECIES]
+def read_champions(options: argparse.Namespace) -> list[Champion]:
+    """Return the champions of --predator and --prey; ValueError if there are none such."""
+    return [select_champion(getattr(options, species), species) for species in SPECIES]
 
 
 def new_path(text: str) -> Path:

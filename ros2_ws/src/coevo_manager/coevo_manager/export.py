@@ -1,6 +1,5 @@
 """The executable export: a genome as a controller's parameters, or as a C header."""
 
-import os
 import sys
 from pathlib import Path
 
@@ -12,12 +11,14 @@ from coevo_manager.command_line import (
     read_environment,
 )
 from coevo_manager.core.environment import NETWORK_SETTINGS
+from coevo_manager.core.evolution.files import write_whole
+from coevo_manager.core.provenance import describe
 from neuro_controller.core.c_header import c_header
 from neuro_controller.core.champions import select_champion
 from neuro_controller.core.snapshot import SPECIES
 
 
-def parameters_yaml(genome, settings):
+def parameters_yaml(genome, settings, provenance):
     """Return a parameter file for any controller node, for its ``--params-file``.
 
     Parameters
@@ -25,22 +26,21 @@ def parameters_yaml(genome, settings):
     genome : array_like, float32, shape (442,)
     settings : dict
         Parameters of the controller node by name, numbers or text.
+    provenance : str
+        Where the genome comes from, a line.
     """
     genes = ', '.join(repr(float(gene)) for gene in genome)
     lines = [f'    {name}: {value}' for name, value in settings.items()]
-    return '\n'.join(['/**:', '  ros__parameters:', *lines, f'    genome: [{genes}]', ''])
+    return '\n'.join(
+        [f'# {provenance}', '/**:', '  ros__parameters:', *lines, f'    genome: [{genes}]', '']
+    )
 
 
-def _write(path, text):
-    """Write a file beside `path`, then rename it."""
-    partial = path.with_name(f'.{path.name}.{os.getpid()}.partial')
-    try:
-        partial.write_text(text, encoding='utf-8')
-        partial.replace(path)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise ValueError(f'{path} cannot be written: {error.strerror}') from None
-    print(path)
+def _provenance(champion, settings):
+    """Return where a champion comes from, and which of its settings were replaced."""
+    own = champion.settings
+    replaced = [f'{name} {value}' for name, value in settings.items() if value != own[name]]
+    return describe(champion) + (f'; exported with {", ".join(replaced)}' if replaced else '')
 
 
 def main(arguments=None):
@@ -63,18 +63,24 @@ def main(arguments=None):
         parser.error('nothing to write, expected --yaml FILE, --header FILE or both')
 
     def write():
-        environment = read_environment(options)
-        genome = select_champion(options.genome, options.species).genome
+        champion = select_champion(options.genome, options.species)
+        environment = read_environment('export', options, [champion])
         speed = environment.max_wheel_speeds[SPECIES.index(options.species)]
         settings = {'max_wheel_speed': float(speed), **environment.network_settings}
-        header = c_header(genome, options.name or options.species, **settings)
+        provenance = _provenance(champion, settings)
+        name = options.name or options.species
+        header = c_header(champion.genome, name, provenance=provenance, **settings)
+        files = {}
         if options.yaml is not None:
-            _write(options.yaml, parameters_yaml(genome, settings))
+            files[options.yaml] = parameters_yaml(champion.genome, settings, provenance)
         if options.header is not None:
-            _write(options.header, header)
+            files[options.header] = header
+        for path, text in files.items():
+            write_whole(path, text.encode())
+            print(path)
         return 0
 
-    return carry_out('export', write, ValueError)
+    return carry_out('export', write, (ValueError, OSError))
 
 
 if __name__ == '__main__':

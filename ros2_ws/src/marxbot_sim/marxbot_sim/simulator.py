@@ -37,9 +37,7 @@ class Simulator(Node):
 
     def __init__(self):
         super().__init__('simulator')
-        parameters = self._settings = Parameters(
-            self, self._set_pace, self._perturb, self._number
-        )
+        parameters = self._settings = Parameters(self, self._set_pace, self._perturb, self._number)
         self._complaints = Complaints(self.get_logger())
         self._lockstep = parameters['lockstep']
         self._paused = parameters['paused']

@@ -7,7 +7,7 @@ import pytest
 
 from neuro_controller.core.champions import SHIPPED, select_champion
 from neuro_controller.core.genome import random_genomes
-from neuro_controller.core.origin import read_origin
+from neuro_controller.core.origin import FIRST_RUNS, read_origin
 from neuro_controller.core.snapshot import read_snapshot, snapshots
 
 CONFIGURATION = {
@@ -90,7 +90,7 @@ def test_a_snapshot_alone_tells_of_its_run(tmp_path):
     write_snapshot(path, 1, [[0.5]], 7, run=json.dumps({**RECORD, 'run': 'first'}))
     origin = read_origin(path)
     assert (origin.run, origin.generation) == ('first', 7)
-    assert origin.configuration == CONFIGURATION
+    assert origin.configuration == {**FIRST_RUNS, **CONFIGURATION}
 
 
 @pytest.mark.parametrize(

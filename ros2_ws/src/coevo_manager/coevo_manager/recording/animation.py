@@ -1,5 +1,6 @@
 """The chase as an animation: a GIF, or a film where ffmpeg is installed."""
 
+import errno
 import io
 import shutil
 import subprocess
@@ -106,7 +107,7 @@ def make_film(track, pace, suffix, advance=lambda: None):
 
     Raises
     ------
-    RuntimeError
+    OSError
         ffmpeg fails.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -123,7 +124,8 @@ def make_film(track, pace, suffix, advance=lambda: None):
             advance()
         _, complaint = encoder.communicate()
         if encoder.returncode:
-            raise RuntimeError(f'ffmpeg failed: {complaint.decode(errors="replace").strip()}')
+            reason = ' '.join(complaint.decode(errors='replace').split())
+            raise OSError(errno.EIO, f'ffmpeg failed: {reason}', film.name)
         return film.read_bytes()
 
 

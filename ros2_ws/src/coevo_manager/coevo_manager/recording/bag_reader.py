@@ -2,19 +2,21 @@
 
 import contextlib
 
-import yaml
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from rosbags.highlevel import AnyReader
 
+from coevo_manager.core.documents import read_document
+from coevo_manager.core.species import SPECIES
 from coevo_manager.recording.message_types import make_typestore
 from coevo_manager.recording.recorder import GROUND_TRUTH, STATE
+from neuro_controller.core.reading import parse_json, reading
 
-_MAX_METADATA = 1 << 20
-_MAX_RECORD = 1 << 28
-"""Most bytes of metadata.yaml and of one record, far more than any bag of an episode has."""
+EPISODE = 'episode.json'
+"""The attachment that tells what an episode was played in and by whom."""
 
-_MAX_DEPTH = 20
+_RECORD_LIMIT = 2**28
+"""Bytes that a record may have, far more than those of an episode."""
 
 
 class BagReader:
@@ -35,8 +37,8 @@ class BagReader:
             raise ValueError(f'{self._path} is not the folder of a bag')
         if not (self._path / 'metadata.yaml').is_file():
             raise ValueError(f'{self._path} is not a bag: it has no metadata.yaml')
-        with self._reading():
-            _check_metadata(self._path / 'metadata.yaml')
+        with reading(self._path):
+            read_document(self._path / 'metadata.yaml')  # a file that asks for too much is refused
             for path in sorted(self._path.glob('*.mcap')):
                 _check_sums(path)
             self._reader = self._stack.enter_context(
@@ -47,14 +49,6 @@ class BagReader:
     def __exit__(self, *_):
         self._stack.close()
 
-    @contextlib.contextmanager
-    def _reading(self):
-        try:
-            yield
-        except Exception as error:  # whatever damage makes of a bag
-            what = f'{type(error).__name__} {error}'.splitlines()[0][:200]
-            raise ValueError(f'{self._path} is damaged: {what}') from None
-
     @property
     def connections(self):
         """The bag's topics, see `rosbags.interfaces.Connection`."""
@@ -62,19 +56,28 @@ class BagReader:
 
     def messages(self):
         """Yield topic, simulated time in s and serialised message, in order."""
-        with self._reading():
+        with reading(self._path):
             for connection, nanoseconds, data in self._reader.messages():
                 yield connection.topic, nanoseconds * 1e-9, bytes(data)
 
     def attachment(self, name):
         """Return the content of an attached file, bytes; None if there is none."""
-        with self._reading():
+        with reading(self._path):
             for path in sorted(self._path.glob('*.mcap')):
                 with path.open('rb') as file:
                     for attachment in make_reader(file, validate_crcs=True).iter_attachments():
                         if attachment.name == name:
                             return attachment.data
         return None
+
+    def descriptions(self):
+        """Return a line about each champion that plays, as far as the bag tells of them."""
+        content = self.attachment(EPISODE)
+        if content is None:
+            return []
+        with reading(self._path):
+            record = parse_json(content.decode())
+            return [str(record[species]['description']) for species in SPECIES]
 
     def episode(self):
         """Return the poses of predator and prey and the last state of the arena.
@@ -92,7 +95,7 @@ class BagReader:
         """
         poses = {topic: [] for topic in GROUND_TRUTH}
         state = None
-        with self._reading():
+        with reading(self._path):
             topics = [c for c in self._reader.connections if c.topic in (*GROUND_TRUTH, STATE)]
             for connection, _, data in self._reader.messages(connections=topics):
                 message = self._reader.deserialize(data, connection.msgtype)
@@ -108,19 +111,7 @@ class BagReader:
         return list(poses.values()), state
 
 
-def _check_metadata(path):
-    """Refuse YAML that a reader could choke on."""
-    if path.stat().st_size > _MAX_METADATA:
-        raise ValueError(f'metadata.yaml has more than {_MAX_METADATA} bytes')
-    depth = 0
-    for event in yaml.parse(path.read_text(encoding='utf-8'), Loader=yaml.SafeLoader):
-        depth += isinstance(event, yaml.CollectionStartEvent)
-        depth -= isinstance(event, yaml.CollectionEndEvent)
-        if depth > _MAX_DEPTH or isinstance(event, yaml.AliasEvent):
-            raise ValueError(f'metadata.yaml has aliases or is nested more than {_MAX_DEPTH} deep')
-
-
 def _check_sums(path):
     with path.open('rb') as file:
-        for _ in StreamReader(file, validate_crcs=True, record_size_limit=_MAX_RECORD).records:
+        for _ in StreamReader(file, validate_crcs=True, record_size_limit=_RECORD_LIMIT).records:
             pass

@@ -42,7 +42,7 @@ class BagWriter:
     ValueError
         Something of that name exists.
     RuntimeError
-        The bag cannot be written.
+        The bag cannot be written whole.
     """
 
     def __init__(self, path):
@@ -109,7 +109,7 @@ class BagWriter:
         """Append a serialised message (bytes)."""
         connection, stamp = self._connections[topic]
         if stamp is not None:
-            self._now = stamp(data)
+            self._now = stamp(data) or self._now  # zero means no time in ROS
         with self._writing():
             self._writer.write(connection, self._now, data)
 

@@ -15,9 +15,9 @@ from coevo_manager.recording.episode_processes import (
 from coevo_manager.recording.recorder import COMMANDS, GROUND_TRUTH, Recorder
 from marxbot_sim.core.drive import wheel_speeds
 
-CHUNK = 10
-"""Ticks that the simulator makes at a stretch in lockstep: their messages must fit the shared
-memory of the transport (512 KB), or they would be sent twice."""
+CHUNK = 8
+"""Ticks that the simulator makes at a stretch in lockstep: the publishers of commands and neurons
+keep 10 messages for a subscriber that lags, and the shared memory of the transport 512 KB."""
 
 FIRST_TICK_TIMEOUT = 3.0
 """How long to wait for every message of a first tick before it is made again, s."""

@@ -90,7 +90,6 @@ class EpisodeProcesses:
             'real_time_factor': self._real_time_factor or 1.0,
             'paused': True,
             'episode_ticks': environment.episode_ticks,
-            'stamped_cmd_vel': True,
             'reliable_sensors': True,
             'physics': environment.physics,
             'arena.obstacle': environment.obstacle,
@@ -104,7 +103,6 @@ class EpisodeProcesses:
     def _start_controller(self, robot, max_wheel_speed):
         parameters = {
             'trigger': 'sensors',
-            'stamped_cmd_vel': True,
             'reliable_sensors': True,
             'sensor_timeout': TICK_TIMEOUT,
             'max_wheel_speed': max_wheel_speed,
@@ -114,7 +112,7 @@ class EpisodeProcesses:
 
     def _start(self, package, executable, namespace, parameters):
         arguments = ['--ros-args', '-r', f'__ns:={namespace}']
-        for topic in ('clock', 'tf', 'diagnostics'):
+        for topic in ('clock', 'tf', 'tf_static', 'diagnostics'):
             arguments += ['-r', f'/{topic}:={self.prefix}/{topic}']
         for name, value in parameters.items():
             text = str(value).lower() if isinstance(value, bool) else value

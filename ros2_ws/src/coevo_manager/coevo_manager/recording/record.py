@@ -1,15 +1,19 @@
 """The executable record: one episode over topics, into a bag."""
 
+import json
 import sys
 
 from coevo_manager.command_line import (
     Parser,
     add_environment_options,
     add_genome_options,
+    carry_out,
     new_path,
+    read_champions,
     read_environment,
-    read_genomes,
 )
+from coevo_manager.core.provenance import episode_record
+from coevo_manager.recording.bag_reader import EPISODE
 from coevo_manager.recording.bag_writer import BagWriter
 from coevo_manager.recording.episode_player import EpisodePlayer
 from node_runner import own_arguments, run_ros
@@ -48,11 +52,13 @@ def main(arguments=None):
     options = _parser().parse_args(own_arguments(command_line))
 
     def play():
-        environment = read_environment(options)
-        predator, prey = read_genomes(options)
+        champions = read_champions(options)
+        environment = read_environment('record', options, champions)
         pace, namespace = options.real_time_factor, options.namespace
         with EpisodePlayer(environment, pace, namespace) as player, BagWriter(options.bag) as bag:
-            episode = player.play(predator, prey, bag)
+            episode = player.play(*(champion.genome for champion in champions), bag)
+            record = episode_record(environment, champions)
+            bag.attach(EPISODE, 'application/json', json.dumps(record).encode())
         outcome = 'prey captured' if episode.captured else 'prey got away'
         print(
             f'{outcome} at tick {episode.ticks} of {environment.episode_ticks}: fitness '
@@ -62,7 +68,10 @@ def main(arguments=None):
         )
         return 0
 
-    return run_ros(play, command_line)
+    def record():
+        return carry_out('record', play, ValueError, 'interrupted, there is no bag')
+
+    return run_ros(record, command_line)
 
 
 if __name__ == '__main__':

@@ -20,9 +20,14 @@ NEURONS = _of_robots('neurons')
 GROUND_TRUTH = _of_robots('ground_truth')
 STATE = '/arena/state'
 CLOCK = '/clock'
-TRANSFORMS = '/tf'
 
-EVERY_TICK = (CLOCK, STATE, '/arena/markers', *_of_robots('odom', 'ground_truth', 'joint_states'))
+EVERY_TICK = (
+    CLOCK,
+    STATE,
+    '/arena/markers',
+    '/tf',
+    *_of_robots('odom', 'ground_truth', 'joint_states'),
+)
 """Topics with a message for the start of an episode and one after each tick."""
 
 LATCHED = (*_of_robots('leds', 'robot_description'), '/tf_static')
@@ -106,7 +111,7 @@ class Recorder:
                 return
             self.state = state
         self._messages.append((topic, data))
-        self._ticks[topic].add(_tick(stamp(data)) if stamp else 0)
+        self._ticks[topic].add(_tick(stamp(data)) if stamp and topic not in LATCHED else 0)
 
     def _decode(self, topic, data):
         return deserialize_message(data, message_class(self._topics[topic][0]))
@@ -134,8 +139,6 @@ class Recorder:
         """
         wanted = dict.fromkeys(EVERY_TICK, ticks + 1) | dict.fromkeys(SENSORS, ticks)
         wanted |= dict.fromkeys(LATCHED, 1)
-        if TRANSFORMS in self._topics:
-            wanted[TRANSFORMS] = ticks + 1
         if commands:
             wanted |= dict.fromkeys((*COMMANDS, *NEURONS), ticks)
         firsts = {topic: self._first_missing(topic) for topic in wanted}

@@ -1,83 +1,21 @@
 """The executable replay: a bag back on topics, or as a picture."""
 
+import argparse
 import sys
 import time
 from pathlib import Path
 
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rosbags.highlevel import AnyReader, AnyReaderError
 
-from coevo_manager.command_line import Parser, add_option, new_path, refuse
-from coevo_manager.recording.message_types import make_typestore, message_class
-from coevo_manager.recording.recorder import GROUND_TRUTH, STATE
+from coevo_manager.command_line import Parser, add_option, carry_out, new_path
+from coevo_manager.core.evolution.files import write_whole
+from coevo_manager.recording.bag_reader import BagReader
+from coevo_manager.recording.message_types import message_class
 from marxbot_sim.core.fields import Option
 from node_runner import make_executor, own_arguments, run_ros, stop_requested
 
-
-class Bag:
-    """An open bag of an episode; to be used as a context manager.
-
-    Raises
-    ------
-    ValueError
-        There is no readable bag.
-    """
-
-    def __init__(self, path):
-        self._path = path
-        if not path.is_dir():
-            raise ValueError(f'{path} is not the folder of a bag')
-        try:
-            self.reader = AnyReader([path], default_typestore=make_typestore())
-            self.reader.open()
-        except (AnyReaderError, OSError, ValueError) as error:
-            raise ValueError(f'{path} is not a readable bag: {error}') from None
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.reader.close()
-
-    def messages(self):
-        """Yield topic, type name, simulated time in s and serialised message, in order."""
-        for connection, nanoseconds, data in self.reader.messages():
-            yield connection.topic, connection.msgtype, nanoseconds * 1e-9, bytes(data)
-
-    def decoded(self, *topics):
-        """Yield topic and decoded message, in order."""
-        connections = [c for c in self.reader.connections if c.topic in topics]
-        for connection, _, data in self.reader.messages(connections=connections):
-            yield connection.topic, self.reader.deserialize(data, connection.msgtype)
-
-    def track(self):
-        """Return what is to be drawn of the episode, see `coevo_manager.recording.drawing.Track`.
-
-        Raises
-        ------
-        ValueError
-            The bag holds no episode.
-        """
-        from coevo_manager.recording.drawing import Track
-
-        positions = {topic: [] for topic in GROUND_TRUTH}
-        state = None
-        for topic, message in self.decoded(*GROUND_TRUTH, STATE):
-            if topic == STATE:
-                state = message
-            else:
-                pose = message.pose.pose
-                positions[topic].append(
-                    (pose.position.x, pose.position.y, pose.orientation.z, pose.orientation.w)
-                )
-        if state is None or not all(positions.values()):
-            raise ValueError(
-                f'{self._path} holds no episode: {STATE} or {", ".join(GROUND_TRUTH)} is empty'
-            )
-        return Track.from_quaternions(
-            list(positions.values()), state.size, state.obstacle, state.captured
-        )
+FILMS = ('.mp4', '.webm')
 
 
 def play(bag, rate):
@@ -86,7 +24,7 @@ def play(bag, rate):
     executor = make_executor(node)
     try:
         publishers = {}
-        for connection in bag.reader.connections:
+        for connection in bag.connections:
             offered = connection.ext.offered_qos_profiles
             qos = QoSProfile(depth=100)
             if offered:
@@ -96,7 +34,7 @@ def play(bag, rate):
                 message_class(connection.msgtype), connection.topic, qos
             )
         first, started = None, time.monotonic()
-        for topic, _, when, data in bag.messages():
+        for topic, when, data in bag.messages():
             first = when if first is None else first
             while not stop_requested.is_set():
                 remaining = (when - first) / rate - (time.monotonic() - started)
@@ -115,6 +53,56 @@ def play(bag, rate):
     return 0
 
 
+def draw(bag, options):
+    """Draw a bag's episode to the files that the options name."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from coevo_manager.recording.animation import Pace, make_film, make_gif
+    from coevo_manager.recording.drawing import Track, draw_trajectories
+
+    poses, state = bag.episode()
+    track = Track.from_quaternions(poses, state.size, state.obstacle, state.captured)
+    if options.png is not None:
+        write_whole(options.png, draw_trajectories(track))
+    pace = Pace.of(track, options.rate)
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        for path in filter(None, (options.gif, options.film)):
+            task = progress.add_task(path.name, total=len(pace.ticks))
+
+            def advance(task=task):
+                progress.advance(task)
+
+            if path == options.gif:
+                content = make_gif(track, pace, advance)
+            else:
+                content = make_film(track, pace, path.suffix, advance)
+            write_whole(path, content)
+    return 0
+
+
+def _named(*suffixes):
+    """Return an argparse type: a new path whose name ends in one of the suffixes."""
+
+    def check(text):
+        if not text.endswith(suffixes):
+            raise argparse.ArgumentTypeError(
+                f'{text} is no name of such a file, expected one that ends in '
+                f'{" or ".join(suffixes)}'
+            )
+        return new_path(text)
+
+    return check
+
+
+def _film(text):
+    from coevo_manager.recording.animation import have_ffmpeg
+
+    if not have_ffmpeg():
+        raise argparse.ArgumentTypeError('ffmpeg was not found, expected it to be installed')
+    return _named(*FILMS)(text)
+
+
 def main(arguments=None):
     """Run the executable; return its exit code."""
     command_line = list(sys.argv if arguments is None else ['replay', *arguments])
@@ -124,30 +112,25 @@ def main(arguments=None):
     )
     parser.add_argument('bag', type=Path, metavar='BAG')
     add_option(parser, Option('rate', float, 1.0, 'pace, times real time', above=0.0))
-    parser.add_argument(
-        '--png', type=new_path, metavar='FILE', help='draw the trajectories instead'
-    )
-    parser.add_argument('--gif', type=new_path, metavar='FILE', help='draw an animation instead')
+    for name, kind, text in (
+        ('png', _named('.png'), 'draw the trajectories instead'),
+        ('gif', _named('.gif'), 'draw an animation instead'),
+        ('film', _film, 'draw it as an MP4 or WebM film, where ffmpeg is installed'),
+    ):
+        parser.add_argument(f'--{name}', type=kind, metavar='FILE', help=text)
     options = parser.parse_args(own_arguments(command_line))
-    if options.png is None and options.gif is None:
+    drawing = options.png or options.gif or options.film
 
-        def work():
-            with Bag(options.bag) as bag:
-                return play(bag, options.rate)
+    def work():
+        with BagReader(options.bag) as bag:
+            for line in bag.descriptions():
+                print(line)
+            return draw(bag, options) if drawing else play(bag, options.rate)
 
-        return run_ros(work, command_line)
-    try:
-        with Bag(options.bag) as bag:
-            track = bag.track()
-    except ValueError as error:
-        return refuse('replay', error)
-    from coevo_manager.recording.drawing import draw_animation, draw_trajectories
+    def replay():
+        return carry_out('replay', work, (ValueError, OSError))
 
-    if options.png is not None:
-        draw_trajectories(track, options.png)
-    if options.gif is not None:
-        draw_animation(track, options.gif, options.rate)
-    return 0
+    return replay() if drawing else run_ros(replay, command_line)
 
 
 if __name__ == '__main__':

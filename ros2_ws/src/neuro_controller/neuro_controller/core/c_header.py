@@ -49,6 +49,7 @@ _TEMPLATE = """\
  * wheels: speeds of the left and right wheel, rad/s, positive forward. The body moves at
  * @NAME@_linear(wheels) m/s and @NAME@_angular(wheels) rad/s.
  *
+ * Genome: @PROVENANCE@.
  * Motor map: @MAP@. Infrared response: @RESPONSE@. Ground coding: @CODING@.
  * Highest wheel speed: @SPEED@ rad/s. The clock reads 1 after @TICKS@ ticks.
  */
@@ -215,6 +216,7 @@ def c_header(
     episode_ticks=1000,
     infrared_response='squared',
     ground_coding='relative',
+    provenance='unknown',
 ):
     """Return a header that defines ``NAME_controller``, ``NAME_reset`` and ``NAME_step``.
 
@@ -227,6 +229,8 @@ def c_header(
         A C identifier, the prefix of everything the header defines.
     max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
         See `Controller`.
+    provenance : str
+        Where the genome comes from, for the comment at the header's top.
 
     Raises
     ------
@@ -245,6 +249,7 @@ def c_header(
 
     values = {
         'NAME': name,
+        'PROVENANCE': ' '.join(provenance.replace('*/', '* /').split()),
         'GUARD': f'{name.upper()}_CONTROLLER_H',
         'MAP': motor_map,
         'SPEED': _c_number(max_wheel_speed),

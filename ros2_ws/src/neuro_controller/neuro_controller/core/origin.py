@@ -8,8 +8,15 @@ from neuro_controller.core.reading import parse_json, read_arrays, read_text, re
 PREDATOR_SPEEDS = {'open': 8.5, 'obstacle': 10.0}
 """Highest wheel speed of predators, rad/s, in runs that left it to the paper (A1, section 5)."""
 
-_FIRST = {'infrared_response': 'linear', 'ground_coding': 'raw'}
-"""What robots had in runs that do not say, from before there was a choice."""
+FIRST_RUNS = {
+    'world': 'faithful',
+    'wall_contact': 'slide',
+    'infrared_response': 'linear',
+    'ground_coding': 'raw',
+}
+"""Fields of the configuration in runs that do not say, from before there was a choice."""
+
+_SETTINGS = ('motor_map', 'episode_ticks', 'infrared_response', 'ground_coding')
 
 
 @dataclass(frozen=True)
@@ -25,7 +32,7 @@ class Origin:
     commit : str
         Version of the program that evolved them; 'unknown' where none was recorded.
     configuration : dict
-        Every field of the run's configuration, as in its run.json.
+        Every field of the run's configuration, as in its run.json, completed by `FIRST_RUNS`.
     """
 
     run: str
@@ -54,7 +61,8 @@ class Origin:
             content = parse_json(record)
             name = content.get('run', run)
             commit = content.get('versions', {}).get('commit', 'unknown')
-            origin = cls(str(name), generation, str(commit), dict(content['configuration']))
+            configuration = {**FIRST_RUNS, **content['configuration']}
+            origin = cls(str(name), generation, str(commit), configuration)
             for species in ('predator', 'prey'):
                 settings_column(**origin.settings(species))
         except KeyError as error:
@@ -68,11 +76,8 @@ class Origin:
         speed = self.configuration[f'{species}_speed']
         if speed is None:
             speed = PREDATOR_SPEEDS[self.configuration['environment']]
-        return {
-            'max_wheel_speed': float(speed),
-            **{name: self.configuration[name] for name in ('motor_map', 'episode_ticks')},
-            **{name: self.configuration.get(name, usual) for name, usual in _FIRST.items()},
-        }
+        settings = {name: self.configuration[name] for name in _SETTINGS}
+        return {'max_wheel_speed': float(speed), **settings}
 
     def __str__(self):
         return f'generation {self.generation} of run {self.run}, commit {self.commit}'

@@ -36,6 +36,7 @@ from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
 from coevo_manager.core.evolution.seal import Seal, snapshot_name
 from coevo_manager.core.evolution.state import State
+from neuro_controller.core.origin import FIRST_RUNS
 from neuro_controller.core.reading import ReadingError, parse_json, read_text, reading
 
 VERSION = 1
@@ -51,14 +52,6 @@ PHASE_COLUMNS = (
 )  # fmt: skip
 _FOLDERS = ('snapshots', 'checkpoint')
 LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
-_BEFORE_WORLDS = {
-    'world': 'faithful',
-    'wall_contact': 'slide',
-    'infrared_response': 'linear',
-    'ground_coding': 'raw',
-}
-"""What a run.json that does not say so was run with: it was written before there was a choice."""
-
 _PACKAGES = ('numpy', 'numba', 'cma')
 
 
@@ -88,7 +81,7 @@ def read_record(path: Path) -> tuple[Configuration, str]:
     try:
         content = read_run_json(path)
         with reading(path):
-            configuration = load_configuration({**_BEFORE_WORLDS, **content['configuration']})
+            configuration = load_configuration({**FIRST_RUNS, **content['configuration']})
             return configuration, str(content.get('condition', ''))
     except ReadingError as error:
         raise RunFolderError(str(error)) from None
