@@ -29,18 +29,12 @@ from coevo_manager.analysis.play.tournament import Store
 from coevo_manager.core.evolution import Evolution, load_configuration
 from coevo_manager.core.evolution.sessions import read_sessions
 from coevo_manager.recording import replay
+from coevo_manager.recording.bag_writer import BagWriter
 from coevo_manager.runs import campaign, evolve, jobs, manager
 from neuro_controller.core.champions import SHIPPED
 from node_runner.start import start_ros
 
-try:
-    from coevo_manager.recording.bag_writer import BagWriter
-
-    CHECKED_BAGS = frozenset({'bag.mcap'})
-except ImportError:  # bags without checksums
-    from coevo_manager.recording.bag_writer import BagWriter
-
-    CHECKED_BAGS = frozenset()
+CHECKED_BAGS = frozenset({'bag.mcap'})
 
 Tell = Callable[[str], object]
 """Takes what a command made of its files, to be compared with what it makes of damaged ones."""

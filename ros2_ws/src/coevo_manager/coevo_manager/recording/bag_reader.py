@@ -96,8 +96,9 @@ class BagReader:
         poses = {topic: [] for topic in GROUND_TRUTH}
         state = None
         with reading(self._path):
-            topics = [c for c in self._reader.connections if c.topic in (*GROUND_TRUTH, STATE)]
-            for connection, _, data in self._reader.messages(connections=topics):
+            for connection, _, data in self._reader.messages():
+                if connection.topic not in (*GROUND_TRUTH, STATE):
+                    continue
                 message = self._reader.deserialize(data, connection.msgtype)
                 if connection.topic == STATE:
                     state = message
