@@ -149,7 +149,8 @@ class EpisodePlayer:
         """
         recorder, deadline = self._recorder, time.monotonic() + START_TIMEOUT
         while True:
-            self._processes.reset(recorder.clear)
+            recorder.clear()
+            self._processes.reset()
             self._processes.step(1)
             try:
                 self._processes.wait(

@@ -5,8 +5,8 @@ import tempfile
 from dataclasses import asdict
 
 import numpy as np
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.msg import State, Transition
+from lifecycle_msgs.srv import ChangeState, GetState
 from marxbot_msgs.srv import Step
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from coevo_manager.core.episodes.numbering import episode_numbers
 from marxbot_sim.core.simulation import ROBOTS
-from node_runner import make_executor, settle, wait_until
+from node_runner import ask, make_executor, new_number, wait_until
 from node_runner.children import Children
 
 START_TIMEOUT = 60.0
@@ -53,7 +53,6 @@ class EpisodeProcesses:
     def __init__(self, environment, real_time_factor, namespace=None):
         self._environment = environment
         self._real_time_factor = real_time_factor
-        self._episode = 0
         self._namespace = namespace or f'/episode_{os.getpid()}_{id(self):x}'
         self.prefix = self._namespace.rstrip('/')
 
@@ -135,9 +134,12 @@ class EpisodeProcesses:
             client(SetParameters, f'{robot}/controller/set_parameters') for robot in ROBOTS
         ]
         self._states = [
-            client(ChangeState, f'{robot}/controller/change_state') for robot in ROBOTS
+            tuple(
+                client(kind, f'{robot}/controller/{name}')
+                for kind, name in ((ChangeState, 'change_state'), (GetState, 'get_state'))
+            )
+            for robot in ROBOTS
         ]
-        settle(self._executor)
 
     @property
     def names(self):
@@ -171,9 +173,11 @@ class EpisodeProcesses:
             raise RuntimeError(f'a process of the episode ended: {" ".join(tail) or "no output"}')
 
     def _call(self, client, request):
-        future = client.call_async(request)
-        self.wait(future.done, START_TIMEOUT, f'an answer of {client.srv_name}')
-        return future.result()
+        def send():
+            self._check()
+            return client.call_async(request)
+
+        return ask(self._executor, send, START_TIMEOUT, f'an answer of {client.srv_name}')
 
     # What they are told
 
@@ -200,17 +204,19 @@ class EpisodeProcesses:
 
     def activate(self):
         """Configure and activate both controllers."""
-        for client in self._states:
-            for transition in (Transition.TRANSITION_CONFIGURE, Transition.TRANSITION_ACTIVATE):
-                request = ChangeState.Request(transition=Transition(id=transition))
-                if not self._call(client, request).success:
-                    raise RuntimeError(f'{client.srv_name} refused transition {transition}')
+        for change, look in self._states:
+            for transition, wanted in (
+                (Transition.TRANSITION_CONFIGURE, State.PRIMARY_STATE_INACTIVE),
+                (Transition.TRANSITION_ACTIVATE, State.PRIMARY_STATE_ACTIVE),
+            ):
+                # Asked for again, it is refused; so the state tells whether it was done.
+                self._call(change, ChangeState.Request(transition=Transition(id=transition)))
+                if self._call(look, GetState.Request()).current_state.id != wanted:
+                    raise RuntimeError(f'{change.srv_name} refused transition {transition}')
 
-    def reset(self, announce=lambda number: None):
-        """Begin an episode, paused; its number is announced before."""
+    def reset(self):
+        """Begin an episode, paused."""
         self._call(self._pause, SetBool.Request(data=True))
-        self._episode += 1
-        announce(self._episode)
         self._call(self._reset, Trigger.Request())
 
     def step(self, ticks):
@@ -221,6 +227,6 @@ class EpisodeProcesses:
         RuntimeError
             It refuses.
         """
-        response = self._call(self._step, Step.Request(ticks=ticks))
+        response = self._call(self._step, Step.Request(number=new_number(), ticks=ticks))
         if not response.success:
             raise RuntimeError(f'the simulator refused to step: {response.message}')

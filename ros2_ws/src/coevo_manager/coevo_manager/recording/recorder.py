@@ -60,7 +60,7 @@ class Recorder:
         self._messages = []
         self._ticks = defaultdict(set)
         self._whole = Counter()
-        self._episode = None
+        self._episode = 0
         self.state = None
 
     def subscribe(self, nodes):
@@ -107,8 +107,10 @@ class Recorder:
     def _take(self, topic, data, stamp):
         if topic == STATE:
             state = self._decode(topic, data)
-            if state.episode != self._episode:
+            if state.episode < self._episode:
                 return
+            if state.episode > self._episode:
+                self._begin(state.episode)
             self.state = state
         self._messages.append((topic, data))
         self._ticks[topic].add(_tick(stamp(data)) if stamp and topic not in LATCHED else 0)
@@ -116,12 +118,20 @@ class Recorder:
     def _decode(self, topic, data):
         return deserialize_message(data, message_class(self._topics[topic][0]))
 
-    def clear(self, episode):
-        """Forget everything but latched messages, and keep what comes of an episode's number.
-
-        Of other topics than that of the state, late messages of a former episode may be kept too.
-        """
+    def _begin(self, episode):
+        """Keep no state of another episode."""
         self._episode = episode
+        self._messages = [(topic, data) for topic, data in self._messages if topic != STATE]
+        self._ticks[STATE].clear()
+        self._whole[STATE] = 0
+
+    def clear(self):
+        """Forget everything but latched messages, before the simulator is reset.
+
+        States of former episodes are left out from now on. Late messages of other topics may be
+        among what is kept.
+        """
+        self._episode += 1
         self._messages = [(topic, data) for topic, data in self._messages if topic in LATCHED]
         self._ticks = defaultdict(set, {topic: {0} for topic, _ in self._messages})
         self._whole.clear()
