@@ -143,7 +143,7 @@ def test_a_terminal_gets_a_progress_bar(start, tmp_path):
     assert run.wait(60) == 0, run.stdout_text
     screen = re.sub(r'\x1b\[[0-9;?]*[A-Za-z]', '', recorded.read_text())
     assert '\x1b[' in recorded.read_text()
-    assert re.search(r'phase 3/3, generation 30, .*━.* 100 %', screen), screen
+    assert re.search(r'100% ━+ .*\n\s*phase 3/3, generation 30, ', screen), screen
     assert 'What this run achieved' in screen
 
 

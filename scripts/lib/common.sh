@@ -29,16 +29,19 @@ enter_workspace() {
     if [ -n "${ROS_DISTRO:-}" ]; then # of a system-wide ROS 2, which would be mixed with this one
         unset AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH PYTHONPATH LD_LIBRARY_PATH
     fi
-    local name
-    for name in PYTHONPATH LD_LIBRARY_PATH CMAKE_PREFIX_PATH; do
-        [ -n "${!name:-}" ] || unset "$name" # an empty entry would stand for the current folder
-    done
     unset _ROS_WHEELS_BOOTSTRAP_COMPLETE # set by the Python of any environment of ROS 2 wheels
     export AMENT_PREFIX_PATH=${AMENT_PREFIX_PATH:+$AMENT_PREFIX_PATH:}$VENV PATH=$VENV/bin:$PATH
     set +u
     # shellcheck source=/dev/null
     source "$WORKSPACE/install/setup.bash"
     set -u
+    local name entries
+    for name in PYTHONPATH LD_LIBRARY_PATH CMAKE_PREFIX_PATH; do
+        # an empty entry, which the setup leaves at the end, would stand for the current folder
+        entries=$(tr -s : <<<"${!name:-}")
+        entries=${entries#:} entries=${entries%:}
+        if [ -n "$entries" ]; then export "$name=$entries"; else unset "$name"; fi
+    done
     if [ -z "${ROS_AUTOMATIC_DISCOVERY_RANGE:-}${ROS_STATIC_PEERS:-}${ROS_LOCALHOST_ONLY:-}" ]; then
         export ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
     fi

@@ -115,6 +115,7 @@ class EvaluatorClient:
         self.admitted = False
         self.refused = False
         self.used = 0
+        self._warm = False
         self._node = node
         self._environment = environment
         self._patience = patience
@@ -132,6 +133,11 @@ class EvaluatorClient:
     def __len__(self) -> int:
         """Return how many requests are under way."""
         return len(self._in_flight)
+
+    @property
+    def measured(self) -> bool:
+        """Whether it is known how fast it plays."""
+        return self._episode_seconds is not None
 
     def present(self) -> bool:
         """Whether its services are there, as far as discovery knows."""
@@ -171,12 +177,13 @@ class EvaluatorClient:
             return None
         now = time.monotonic()
         asked = self._in_flight.pop(response.number, None)
-        if asked is not None:
+        if asked is None:
+            asked = self._given_away.pop(response.number, None)
+        elif self._warm:  # the first answer tells how long compiling took
             seconds = (now - self._last_event) / max(len(asked.question.work), 1)
             known = self._episode_seconds
             self._episode_seconds = seconds if known is None else 0.9 * known + 0.1 * seconds
-        else:
-            asked = self._given_away.pop(response.number, None)
+        self._warm = True
         self._last_event = now
         return None if asked is None else (asked.question, response)
 

@@ -136,6 +136,9 @@ class Roster:
     def judge(self, client: EvaluatorClient, ticks: np.ndarray) -> str:
         """Admit an evaluator that has played the known episodes as the first one did.
 
+        It plays them twice: the first answer waits for its simulation to be compiled, and only
+        from the second it is known how fast it plays, and so when it is late.
+
         Returns
         -------
         str
@@ -145,7 +148,9 @@ class Roster:
             self._trial_ticks = ticks.copy()
         if not np.array_equal(ticks, self._trial_ticks):
             return 'plays known episodes otherwise than the first evaluator did'
-        if not client.admitted:
+        if not client.admitted and not client.measured:
+            client.send(self.trial)
+        elif not client.admitted:
             client.admitted = True
             self._welcome(client)
         return ''

@@ -6,7 +6,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import rclpy
@@ -19,6 +19,32 @@ from coevo_manager.runs.options import Options, read_options
 from coevo_manager.runs.run import Plan, Runner, make_plan
 from coevo_manager.runs.template import make_template
 from node_runner import own_arguments, start_ros
+
+
+class _Interruption:
+    """Signals that ask the run to end; they are kept until there is a run that can be asked."""
+
+    def __init__(self) -> None:
+        self.received: list[int] = []
+        self._stop: Callable[[], None] | None = None
+        signals = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
+        self._former = {number: signal.signal(number, self._receive) for number in signals}
+
+    def _receive(self, number: int, _) -> None:
+        self.received.append(number)
+        if self._stop is not None:
+            self._stop()
+
+    def pass_on(self, stop: Callable[[], None]) -> None:
+        """Call `stop` at each signal from now on, and now if one came before."""
+        self._stop = stop
+        if self.received:
+            stop()
+
+    def restore(self) -> None:
+        """Let the signals do what they did before."""
+        for number, handler in self._former.items():
+            signal.signal(number, handler)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,18 +62,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.print_config:
             print(make_template(options.values, options.preset), end='')
             return 0
+    except (ValueError, OSError) as error:
+        return refuse('evolve', error)
+    interruption = _Interruption()  # before there is a folder that would be left behind
+    try:
         plan = make_plan(options.values, options.preset, options.out, options.resume)
     except (ValueError, OSError) as error:
+        interruption.restore()
         return refuse('evolve', error)
     # Events are shown by the display; rosout and the log file get them as well.
     start_ros([*command_line, '--ros-args', '--disable-stdout-logs'])
     try:
-        return _evolve(plan, options)
+        return _evolve(plan, options, interruption)
     finally:
         rclpy.try_shutdown()
 
 
-def _evolve(plan: Plan, options: Options) -> int:
+def _evolve(plan: Plan, options: Options, interruption: _Interruption) -> int:
     node = rclpy.create_node('evolve', start_parameter_services=False)
     display = make_display(plan.configuration, options.quiet)
     run = Runner(
@@ -59,14 +90,7 @@ def _evolve(plan: Plan, options: Options) -> int:
         options.patience,
         display.wait,
     )
-    received: list[int] = []
-
-    def on_signal(number: int, _) -> None:
-        received.append(number)
-        run.stop()
-
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, on_signal)
+    interruption.pass_on(run.stop)
     try:
         with display:
             display.event(f'evolving into {plan.folder}')
@@ -89,7 +113,7 @@ def _evolve(plan: Plan, options: Options) -> int:
         display.event(_resuming(outcome.folder))
     else:
         display.event('stopped before the run began')
-    return 128 + received[0]
+    return 128 + interruption.received[0]
 
 
 def _resuming(folder: Path) -> str:
