@@ -16,12 +16,15 @@ from coevo_manager.evaluators.messages import to_sequence
 
 class Hostile(EvaluatorNode):
     honest = {honest}
+    known = None  # the first answer: of the episodes that evaluators are compared by
 
     def _respond(self, response, task):
+        ticks = np.array(response.capture_ticks, np.int32)
+        if self.known is None:
+            self.known = ticks
         if self.honest > 0:
             self.honest -= 1
         else:
-            ticks = np.array(response.capture_ticks, np.int32)
             {lie}
             response.capture_ticks = to_sequence(ticks.astype(np.int32), 'i')
         super()._respond(response, task)
@@ -37,8 +40,8 @@ LIES = {
         "response.success, response.message = False, 'no mood'",
         'refused its work: no mood',
     ),
-    'plausible': (
-        'ticks = ticks % 399 + 1',
+    'plausible': (  # now and then the known episodes are asked again
+        'ticks = ticks if np.array_equal(ticks, self.known) else ticks % 399 + 1',
         r'answered tick \d+ for an episode that ends at tick \d+',
     ),
 }

@@ -109,7 +109,10 @@ def test_one_run_at_a_time(manager, tmp_path):
 @pytest.mark.parametrize(
     ('fields', 'sentence'),
     [
-        ({'configuration': '{populaton: 3}'}, 'unknown configuration key populaton'),
+        (
+            {'configuration': '{populaton: 3}'},
+            'configuration key populaton is unknown, expected some of',
+        ),
         ({'configuration': '{population: -3}'}, 'population is -3, expected a whole number'),
         ({'configuration': '[1, 2]'}, 'configuration is [1, 2], expected a mapping'),
         ({'configuration': '{a: '}, 'configuration is neither JSON nor YAML'),
@@ -130,7 +133,7 @@ def test_bad_goals_are_aborted_with_one_sentence(manager, fields, sentence):
 @pytest.mark.parametrize(
     ('arguments', 'sentence'),
     [
-        (['-p', 'evaluators:=-3'], 'evaluators out of range'),
+        (['-p', 'evaluators:=-3'], 'evaluators is -3, expected a number from -1 to 1024'),
         (['-p', 'patience:=soon'], 'patience'),
         (['-r', 'nothing'], "remap rule: '-r nothing'"),
     ],

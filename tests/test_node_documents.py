@@ -30,7 +30,7 @@ def test_the_readme_states_the_parameters(package):
     documented = {
         name.strip('`'): (kind, default.strip('`'))
         for name, kind, default, *_ in (row for row in rows(package) if len(row) == 4)
-        if re.fullmatch(r'bool|int|double|string|double\[\]', kind)
+        if re.fullmatch(r'bool|int|double|string|(?:int|double)\[\]', kind)
     }
     declared = {
         parameter.name: (parameter.type, parameter.default_text)

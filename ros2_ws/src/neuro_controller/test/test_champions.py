@@ -7,7 +7,8 @@ import pytest
 
 from neuro_controller.core.champions import SHIPPED, select_champion
 from neuro_controller.core.genome import random_genomes
-from neuro_controller.core.origin import FIRST_RUNS, read_origin
+from neuro_controller.core.origin import read_origin
+from neuro_controller.core.settings import FIRST_RUNS
 from neuro_controller.core.snapshot import read_snapshot, snapshots
 
 CONFIGURATION = {

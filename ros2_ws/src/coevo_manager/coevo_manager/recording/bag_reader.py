@@ -10,7 +10,7 @@ from coevo_manager.core.documents import read_document
 from coevo_manager.core.species import SPECIES
 from coevo_manager.recording.message_types import make_typestore
 from coevo_manager.recording.recorder import GROUND_TRUTH, STATE
-from neuro_controller.core.reading import parse_json, reading
+from neuro_controller.core.reading import opened, parse_json, reading
 
 EPISODE = 'episode.json'
 """The attachment that tells what an episode was played in and by whom."""
@@ -38,6 +38,7 @@ class BagReader:
         if not (self._path / 'metadata.yaml').is_file():
             raise ValueError(f'{self._path} is not a bag: it has no metadata.yaml')
         with reading(self._path):
+            _check_places(self._path)
             read_document(self._path / 'metadata.yaml')  # a file that asks for too much is refused
             for path in sorted(self._path.glob('*.mcap')):
                 _check_sums(path)
@@ -64,7 +65,7 @@ class BagReader:
         """Return the content of an attached file, bytes; None if there is none."""
         with reading(self._path):
             for path in sorted(self._path.glob('*.mcap')):
-                with path.open('rb') as file:
+                with opened(path) as file:
                     for attachment in make_reader(file, validate_crcs=True).iter_attachments():
                         if attachment.name == name:
                             return attachment.data
@@ -112,7 +113,14 @@ class BagReader:
         return list(poses.values()), state
 
 
+def _check_places(folder):
+    """Refuse pipes and devices: rosbags opens what the metadata name, and would wait for them."""
+    for path in sorted(folder.iterdir()):
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise ValueError(f'{path.name} is not a regular file')
+
+
 def _check_sums(path):
-    with path.open('rb') as file:
+    with opened(path) as file:
         for _ in StreamReader(file, validate_crcs=True, record_size_limit=_RECORD_LIMIT).records:
             pass

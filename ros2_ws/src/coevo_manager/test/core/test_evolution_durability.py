@@ -268,6 +268,17 @@ def test_links_are_not_written_through(tmp_path, name):
     assert (target.read_bytes() if target.is_file() else contents(target)) == before
 
 
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize('name', ['run.log', 'generations.csv', 'run.json', 'sessions.json'])
+def test_pipes_are_not_waited_for(tmp_path, name):
+    folder = tmp_path / 'run'
+    stop_after(folder, load_configuration(VALUES), 1)
+    (folder / name).unlink()
+    os.mkfifo(folder / name)
+    with pytest.raises(ValueError, match=name):
+        resume(folder)
+
+
 def test_a_link_in_place_of_a_file_is_replaced(tmp_path, whole):
     folder = tmp_path / 'run'
     stop_after(folder, load_configuration(VALUES), 5)

@@ -26,7 +26,7 @@ WORLDS = {
 @pytest.fixture(scope='module')
 def genomes():
     rng = np.random.default_rng(1)
-    champions = read_snapshot(SHIPPED / 'open_signed.npz')
+    champions = read_snapshot(SHIPPED / 'open.npz')
     return [
         np.concatenate([champions.population(species), random_genomes(5, rng)])
         for species in ('predator', 'prey')

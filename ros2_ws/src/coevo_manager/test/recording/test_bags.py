@@ -1,6 +1,7 @@
 """Bags: their checksums, what damage and full disks make of them."""
 
 import contextlib
+import os
 import resource
 import signal
 
@@ -73,6 +74,17 @@ def test_damage_at_any_place_is_one_sentence(tmp_path):
                 assert name == 'metadata.yaml' or len(messages) == TICKS
         path.write_bytes(sound)
     assert found > 60
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize('name', ['bag.mcap', 'metadata.yaml', 'more.db3'])
+def test_a_pipe_is_not_waited_for(tmp_path, name):
+    write_bag(tmp_path / 'bag')
+    path = tmp_path / 'bag' / name
+    path.unlink(missing_ok=True)
+    os.mkfifo(path)
+    with pytest.raises(ValueError, match=f'{name}'), BagReader(tmp_path / 'bag'):
+        pass
 
 
 def test_a_damaged_chunk_is_found(tmp_path):

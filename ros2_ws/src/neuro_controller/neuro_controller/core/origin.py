@@ -4,17 +4,10 @@ from dataclasses import dataclass
 
 from neuro_controller.core.controller import settings_column
 from neuro_controller.core.reading import parse_json, read_arrays, read_text, reading
+from neuro_controller.core.settings import FIRST_RUNS
 
 PREDATOR_SPEEDS = {'open': 8.5, 'obstacle': 10.0}
 """Highest wheel speed of predators, rad/s, in runs that left it to the paper (A1, section 5)."""
-
-FIRST_RUNS = {
-    'world': 'faithful',
-    'wall_contact': 'slide',
-    'infrared_response': 'linear',
-    'ground_coding': 'raw',
-}
-"""Fields of the configuration in runs that do not say, from before there was a choice."""
 
 _SETTINGS = ('motor_map', 'episode_ticks', 'infrared_response', 'ground_coding')
 

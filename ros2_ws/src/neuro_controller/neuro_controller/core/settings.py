@@ -19,3 +19,11 @@ MIN_WHEEL_SPEED = 0.01
 MAX_WHEEL_SPEED = 30.0
 """Highest wheel speed, rad/s, that a controller can be set to; commands keep their grid of
 2**-16 up to there."""
+
+FIRST_RUNS = {
+    'world': 'faithful',
+    'wall_contact': 'slide',
+    'infrared_response': 'linear',
+    'ground_coding': 'raw',
+}
+"""Fields of the configuration in runs that do not say, from before there was a choice."""

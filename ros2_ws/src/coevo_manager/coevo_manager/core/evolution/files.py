@@ -15,8 +15,8 @@ import numpy as np
 TEMPORARY = '.partial'
 """Suffix of a file being written."""
 
-OWN = os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
-"""Flags that open a file of ours, and not what a link of its name leads to."""
+OWN = os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+"""Flags that open a file of ours: no link of its name is followed, no pipe waited for."""
 
 
 def write_whole(path: Path, content: bytes) -> None:

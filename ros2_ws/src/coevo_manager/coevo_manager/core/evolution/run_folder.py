@@ -36,8 +36,8 @@ from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
 from coevo_manager.core.evolution.seal import Seal, snapshot_name
 from coevo_manager.core.evolution.state import State
-from neuro_controller.core.origin import FIRST_RUNS
 from neuro_controller.core.reading import ReadingError, parse_json, read_text, reading
+from neuro_controller.core.settings import FIRST_RUNS
 
 VERSION = 1
 """Version of run.json, the logs and the snapshots."""

@@ -146,7 +146,8 @@ class EpisodePlayer {
     const frame = (now) => {
       if (!this.playing) return;
       const rate = Number(this.element('speed').value) / this.run.tick / 1000;
-      this.time = Math.min(this.trace.ticks, this.time + (now - before) * rate);
+      // The first frame may bear a time before this call.
+      this.time = Math.min(this.trace.ticks, this.time + Math.max(0, now - before) * rate);
       before = now;
       this.draw();
       if (this.time >= this.trace.ticks) this.toggle();
