@@ -269,7 +269,7 @@ def test_links_are_not_written_through(tmp_path, name):
 
 
 @pytest.mark.timeout(60)
-@pytest.mark.parametrize('name', ['run.log', 'generations.csv', 'run.json', 'sessions.json'])
+@pytest.mark.parametrize('name', ['run.log', 'generations.csv', 'run.json'])
 def test_pipes_are_not_waited_for(tmp_path, name):
     folder = tmp_path / 'run'
     stop_after(folder, load_configuration(VALUES), 1)
