@@ -63,22 +63,26 @@ class Graph:
 
     def type_of(self, topic: str) -> str:
         """Return the type of a topic's messages, once somebody publishes it."""
+        self.wait(lambda: self._publishers(topic), f'a publisher of {topic}')
+        return min(info.topic_type for info in self._publishers(topic))
 
-        def types() -> set[str]:
-            return {i.topic_type for i in self.node.get_publishers_info_by_topic(topic)}
-
-        self.wait(types, f'a publisher of {topic}')
-        return min(types())
+    def _publishers(self, topic: str) -> list[Any]:
+        return self.node.get_publishers_info_by_topic(topic)
 
     def listen(self, topic: str, type_name: str | None, take: Callable[[Any], None]) -> None:
-        """Hear a topic with what its publishers offer."""
+        """Hear a topic with what its publishers offer.
+
+        Where the type is given, a publisher may take any time to come. It is waited for all the
+        same: what was latched is only heard by those who ask for it.
+        """
         kind = interface(type_name or self.type_of(topic))
-        offers = [i.qos_profile for i in self.node.get_publishers_info_by_topic(topic)]
+        self.wait(lambda: self._publishers(topic), f'a publisher of {topic}', float('inf'))
+        offers = [info.qos_profile for info in self._publishers(topic)]
         best_effort = any(o.reliability == ReliabilityPolicy.BEST_EFFORT for o in offers)
         qos = QoSProfile(depth=100)
         if best_effort:
             qos.reliability = ReliabilityPolicy.BEST_EFFORT
-        if offers and len({o.durability for o in offers}) == 1:
+        if len({o.durability for o in offers}) == 1:
             qos.durability = offers[0].durability
         self.node.create_subscription(kind, topic, take, qos)
 
