@@ -60,6 +60,25 @@ def test_noise_is_normal_with_the_given_deviations_and_independent():
     assert np.abs(following).max() < 5 / math.sqrt(2000)
 
 
+def test_motor_noises_are_independent_by_wheel_robot_and_tick():
+    drawn = []
+    for seed in range(50):
+        robots = PerturbedRobots(Perturbations(motor_noise=0.5, seed=seed), [10.0, 10.0])
+        robots.begin()
+        drawn.append([robots.drive(np.full((2, 2), 2.0))[1].ravel() for _ in range(200)])
+    noises = np.array(drawn, float) - 2.0  # of 50 seeds, 200 ticks, 4 wheels
+    error = 1 / np.sqrt(noises[..., 0].size)
+    assert np.abs(noises.mean(axis=(0, 1))).max() < 5 * error
+    assert np.abs((noises**2).mean(axis=(0, 1)) - 1).max() < 5 * np.sqrt(2) * error
+    for values in (noises, (noises**2 - 1) / np.sqrt(2)):
+        together = np.einsum('sti,stj->ij', values, values) * error**2
+        np.fill_diagonal(together, 0)
+        assert np.abs(together).max() < 5 * error
+        for lag in (1, 2, 3):
+            later = np.einsum('sti,stj->ij', values[:, lag:], values[:, :-lag]) * error**2
+            assert np.abs(later).max() < 5 * error
+
+
 def test_motor_noise_is_relative_and_differs_by_wheel():
     turning, rolling = driven(NOISY, [(10, -4)] * 4000)
     assert (turning == (10, -4)).all()  # what the encoders count

@@ -24,7 +24,7 @@ class Odometry:
     pose : tuple of float
         x and y in m, heading in rad, from 0 at the episode's start.
     covariance : float array, shape (3, 3)
-        Of the pose, m and rad.
+        Of the pose, m and rad, to the first order of the errors.
     speeds : tuple of float
         Forward, m/s, and turning speed, rad/s, in the last tick.
     speed_variances : tuple of float
