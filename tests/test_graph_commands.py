@@ -34,13 +34,14 @@ def demo(env, starter):
     return run
 
 
+@pytest.mark.timeout(600)
 def test_lists_of_nodes_and_topics(demo):
     names = ['/prey/controller', '/simulator']
-    wait_until(lambda: demo('node', 'list').split() == names, 'both nodes', 60)
+    wait_until(lambda: demo('node', 'list').split() == names, 'both nodes', 180)
     wanted = {'/clock', '/tf', '/tf_static', '/prey/proximity', '/predator/cmd_vel'}
-    wait_until(lambda: wanted <= set(demo('topic', 'list').split()), 'the topics', 60)
+    wait_until(lambda: wanted <= set(demo('topic', 'list').split()), 'the topics', 120)
     line = '/prey/camera [marxbot_msgs/msg/Camera]'
-    wait_until(lambda: line in demo('topic', 'list', '-t').splitlines(), 'the types', 60)
+    wait_until(lambda: line in demo('topic', 'list', '-t').splitlines(), 'the types', 120)
 
 
 def test_echo_prints_messages_as_yaml(demo):
