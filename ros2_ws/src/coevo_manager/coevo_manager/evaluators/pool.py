@@ -23,6 +23,9 @@ REQUESTS_EACH = 4
 """Requests under way to each evaluator: so many lineages keep its lanes full, while an answer
 travels too."""
 
+LONGEST_COMPILATION = 180.0
+"""Longest wait for the first answer of an evaluator that was found, s."""
+
 LONGEST_WAIT = 0.1
 """How long answers are awaited at a stretch, s."""
 
@@ -94,7 +97,8 @@ class RosEvaluator:
         Raises
         ------
         EvaluationError
-            The own evaluators end at once, or none other answered within `timeout` seconds.
+            The own evaluators end at once, or none other answered within `timeout` seconds; one
+            that was found and may be compiling is waited for longer.
         StoppedError
             `stop` was set.
         """
@@ -104,7 +108,8 @@ class RosEvaluator:
                 raise StoppedError
             if deadline is None and timeout is not None and self._roster.known:
                 deadline = time.monotonic() + timeout
-            if deadline is not None and time.monotonic() > deadline:
+            late = 0.0 if deadline is None else time.monotonic() - deadline
+            if late > (LONGEST_COMPILATION if self._roster.on_trial else 0.0):
                 raise EvaluationError(
                     f'no evaluator answered within {timeout:g} s; start some with '
                     '"coevo_manager evaluator", or let evolve start its own'

@@ -95,6 +95,11 @@ class Roster:
         return self._trial_ticks is not None
 
     @property
+    def on_trial(self) -> bool:
+        """Whether an evaluator of somebody else's is at work on the known episodes."""
+        return any(c.process is None and not c.admitted and len(c) for c in self.clients)
+
+    @property
     def players(self) -> list[EvaluatorClient]:
         """Evaluators that get work."""
         return [c for c in self.clients if c.admitted and (self._own or c.process is None)]
