@@ -95,7 +95,7 @@ def _until(module, name: str, then: Callable = lambda *_: None):
 
 def _evolve(*options):
     def command(folder, tell):
-        def planned(plan, _):
+        def planned(plan, *_):
             tell(json.dumps(plan.configuration.as_dict()))
 
         evolve.start_ros = lambda _: None
