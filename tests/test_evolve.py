@@ -20,6 +20,16 @@ from coevo_manager.runs.run import make_plan
 from node_runner.children import executable_path
 
 
+LONG = ('--phases', '400')
+"""A run that cannot be over before every evaluator of it is at work."""
+
+
+@pytest.fixture(scope='module')
+def long_files(tmp_path_factory):
+    """The files of the toy run of LONG, played in this process."""
+    return toy_files(tmp_path_factory.mktemp('long') / 'run', 400)
+
+
 @pytest.fixture(scope='module')
 def toy(tmp_path_factory):
     """The files of the toy run, played in this process."""
@@ -57,9 +67,9 @@ def test_a_run_is_the_same_on_three_evaluators(start, tmp_path, toy):
 
 
 @pytest.mark.timeout(180)
-def test_killed_and_hung_evaluators_change_nothing(start, tmp_path):
+def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, long_files):
     out = tmp_path / 'c'
-    options = [*TOY, '--phases', '120', '--evaluators', '2', '--patience', '1', '--out', out]
+    options = [*TOY, *LONG, '--evaluators', '2', '--patience', '1', '--out', out]
     run = start(['coevo_manager', 'evolve', *options])
     run.wait_for_output('all 2 evaluators are at work', 60)
     first, second = evaluators_of(run.pid)
@@ -72,7 +82,7 @@ def test_killed_and_hung_evaluators_change_nothing(start, tmp_path):
     assert ' joined' in log
     assert not first.is_running()
     assert not second.is_running()
-    assert read_files(out) == toy_files(tmp_path / 'undisturbed', 120)
+    assert read_files(out) == long_files
 
 
 def test_public_evaluators_come_and_go(start, tmp_path, toy):
@@ -96,9 +106,9 @@ def test_public_evaluators_come_and_go(start, tmp_path, toy):
     assert read_files(out) == toy
 
 
-def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path):
+def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path, long_files):
     out = tmp_path / 'e'
-    options = [*TOY, '--phases', '120', '--evaluators', '2', '--out', out]
+    options = [*TOY, *LONG, '--evaluators', '2', '--out', out]
     run = start(['coevo_manager', 'evolve', *options])
     run.wait_for_output('all 2 evaluators are at work', 60)
     wait_until(lambda: phases_completed(out) >= 2, 'two phases', 30)
@@ -108,10 +118,10 @@ def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path):
     assert run.wait(10) == 130
     assert not any(process.is_running() for process in evaluators)
     assert f'evolve --resume {out}' in run.stdout_text
-    assert phases_completed(out) < 120
+    assert phases_completed(out) < 400
     resumed = start(['coevo_manager', 'evolve', '--resume', out])
     assert resumed.wait(100) == 0, resumed.stderr_text
-    assert read_files(out) == toy_files(tmp_path / 'undisturbed', 120)
+    assert read_files(out) == long_files
 
 
 def test_ctrl_c_while_evaluators_start(start, tmp_path):
