@@ -21,7 +21,7 @@ def read_files(folder: Path) -> dict[str, bytes]:
     return {
         str(path.relative_to(folder)): path.read_bytes()
         for path in sorted(folder.rglob('*'))
-        if path.is_file() and path.name not in ('run.log', 'sessions.json')
+        if path.is_file() and path.name not in ('run.log', 'sessions.json', 'status.json')
     }
 
 

@@ -80,6 +80,11 @@ def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, long_files):
     assert re.search(r'evaluator \S+ ended by SIGKILL', log), log
     assert re.search(r'evaluator \S+ is late and was ended; its work .* goes to another', log), log
     assert ' joined' in log
+    status = json.loads((out / 'status.json').read_text())
+    assert status['phase'] == 120 and status['progress'] == 1
+    assert len(status['evaluators']) == 2
+    reasons = [loss['reason'] for loss in status['losses']]
+    assert 'ended by SIGKILL' in reasons and 'is late and was ended' in reasons
     assert not first.is_running()
     assert not second.is_running()
     assert read_files(out) == long_files

@@ -12,6 +12,7 @@ from rclpy.client import Client
 from rclpy.node import Node
 
 from coevo_manager.core.evaluation import Batch, Lineage
+from coevo_manager.evaluators.load import Load
 from coevo_manager.evaluators.messages import to_request
 from coevo_manager.evaluators.process import EvaluatorProcess
 from coevo_manager.evaluators.work_queue import Part
@@ -128,6 +129,7 @@ class EvaluatorClient:
         self._given_away: dict[int, _Asked] = {}
         self._seen = False
         self._last_event = time.monotonic()
+        self._load = Load(self._last_event)
         self._episode_seconds: float | None = None
 
     def __len__(self) -> int:
@@ -154,6 +156,7 @@ class EvaluatorClient:
         now = time.monotonic()
         if not self._in_flight:
             self._last_event = now
+        self._load.busy(now, True)
         number = new_number()
         self._in_flight[number] = _Asked(question, now + FIRST_PAUSE)
         self._request(number, question)
@@ -185,6 +188,8 @@ class EvaluatorClient:
             self._episode_seconds = seconds if known is None else 0.9 * known + 0.1 * seconds
         self._warm = True
         self._last_event = now
+        self._load.busy(now, bool(self._in_flight))
+        self._load.episodes += 0 if asked is None else len(asked.question.work)
         return None if asked is None else (asked.question, response)
 
     def late(self, now: float) -> bool:
@@ -210,8 +215,21 @@ class EvaluatorClient:
         questions = [asked.question for asked in self._in_flight.values()]
         self._given_away |= self._in_flight
         self._in_flight = {}
+        self._load.busy(time.monotonic(), False)
         self.admitted = False
         return questions
+
+    def describe(self) -> dict[str, Any]:
+        """Return what it is and what it did since this was asked last, for JSON."""
+        share, rate = self._load.since_last(time.monotonic())
+        return {
+            'service': self.service,
+            'process': None if self.process is None else self.process.pid,
+            'working': self.admitted,
+            'requests': len(self),
+            'busy': round(share, 3),
+            'episodes_per_second': round(rate, 1),
+        }
 
     def destroy(self) -> None:
         """Leave the service, and end its process if it is the run's own."""

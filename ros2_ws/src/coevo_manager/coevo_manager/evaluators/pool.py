@@ -91,6 +91,10 @@ class RosEvaluator:
         """Evaluators at work at the moment."""
         return len(self._roster.players)
 
+    def describe(self) -> dict[str, Any]:
+        """Return who is there, how busy each was lately, and who failed, for JSON."""
+        return self._roster.describe()
+
     def start(self, stop: threading.Event, timeout: float | None = None) -> None:
         """Wait for the first evaluator.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import time
 from collections.abc import Callable
 from typing import Any
@@ -27,6 +28,9 @@ DISCOVERY_PERIOD = 1.0
 
 MOST_FAILURES = 3
 """Own evaluators that may fail, one after the other, before any was admitted."""
+
+LOSSES_TOLD = 20
+"""So many of the evaluators that failed last are described."""
 
 LONGEST_PAUSE = 10.0
 """Longest pause before another own evaluator is started where they keep failing, s."""
@@ -86,6 +90,7 @@ class Roster:
         self._wait_set: _rclpy.WaitSet | None = None
         self._failures = 0
         self._refused: set[str] = set()
+        self._losses: collections.deque[dict[str, Any]] = collections.deque(maxlen=LOSSES_TOLD)
         self._alone = False
         self._next_check = self._next_discovery = self._next_start = 0.0
 
@@ -184,6 +189,13 @@ class Roster:
             self._alone = True
             self._log('no evaluator is left; the run waits for one')
 
+    def describe(self) -> dict[str, Any]:
+        """Return who is there, how busy each was lately, and who failed, for JSON."""
+        return {
+            'evaluators': [client.describe() for client in self.clients],
+            'losses': list(self._losses),
+        }
+
     def close(self) -> None:
         """Leave all evaluators, and end the own ones."""
         end_all([c.process for c in self.clients if c.process is not None], END_TIMEOUT)
@@ -255,6 +267,7 @@ class Roster:
         """Let others do the work of an evaluator."""
         count = self._on_loss(client.give_away())
         work = f'; its work ({count} requests) goes to another' if count else ''
+        self._losses.append({'time': time.time(), 'service': client.service, 'reason': reason})
         self._log(f'evaluator {client.service} {reason}{work}')
 
     def _set_clients(self, clients: list[EvaluatorClient]) -> None:

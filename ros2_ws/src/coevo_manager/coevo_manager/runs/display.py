@@ -17,7 +17,7 @@ from rich.text import Text
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import GenerationStats
 from coevo_manager.outlet import Outlet
-from coevo_manager.runs.run import Status
+from coevo_manager.runs.status import Status
 
 REFRESH_RATE = 4
 """Drawings a second."""

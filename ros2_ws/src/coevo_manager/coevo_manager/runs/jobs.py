@@ -18,12 +18,15 @@ from coevo_manager.core.configuration import (
 from coevo_manager.core.documents import read_document
 from coevo_manager.core.evolution import (
     Evolution,
+    GenerationStats,
+    PhaseStats,
     RunFolderError,
     load_configuration,
     read_configuration,
 )
 from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.local_evaluator import LocalEvaluator
+from coevo_manager.runs.status import Pace, StatusFile
 
 KEYS = ('out', 'preset', 'configuration', 'conditions', 'environments', 'seeds', 'retries')
 
@@ -196,10 +199,15 @@ def run_job(configuration: Configuration, folder: Path, condition: str) -> float
     """Start a run, or continue it from its last checkpoint, in this process; seconds it took."""
     start = time.monotonic()
     evaluator = LocalEvaluator(configuration.make_environment(), threads=1)
+    pace, status_file = Pace(), StatusFile(folder)
+
+    def observe(stats: GenerationStats | PhaseStats) -> None:
+        status_file.write(pace.status(stats, time.monotonic()))
+
     if (folder / 'run.json').exists():
-        evolution = Evolution.resume(folder, evaluator, configuration=configuration)
+        evolution = Evolution.resume(folder, evaluator, observe, configuration)
     else:
-        evolution = Evolution(configuration, evaluator, folder, condition=condition)
+        evolution = Evolution(configuration, evaluator, folder, observe, condition)
     evolution.run()
     return time.monotonic() - start
 

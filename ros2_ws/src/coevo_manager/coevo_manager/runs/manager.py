@@ -14,7 +14,8 @@ from rclpy.node import Node
 from coevo_manager.core.documents import parse_document
 from coevo_manager.core.evolution import GenerationStats, RunFolderError
 from coevo_manager.evaluators.roster import EvaluationError
-from coevo_manager.runs.run import Plan, Runner, Status, make_plan, to_message
+from coevo_manager.runs.run import Plan, Runner, make_plan, to_message
+from coevo_manager.runs.status import Status
 from node_runner import Concerns, Interface, Parameter, Service, run_node
 from node_runner.actions import GoalServer
 

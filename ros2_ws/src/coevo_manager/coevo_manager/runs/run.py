@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import itertools
-import math
 import os
 import threading
 import time
@@ -33,9 +32,7 @@ from coevo_manager.core.evolution import (
 )
 from coevo_manager.core.evolution.checkpoint import find_sound
 from coevo_manager.evaluators.pool import RosEvaluator
-
-STATUS_PERIOD = 0.1
-"""Shortest time between two generations that are told, s; the last of a phase always is."""
+from coevo_manager.runs.status import STATUS_PERIOD, Pace, Status, StatusFile
 
 DISCOVERY_TIMEOUT = 10.0
 """How long a run without own evaluators looks for the first one, s."""
@@ -128,47 +125,6 @@ def _make_folder(stem: str) -> Path:
     return folder
 
 
-@dataclasses.dataclass(frozen=True)
-class Status:
-    """Where a run stands.
-
-    Attributes
-    ----------
-    stats : GenerationStats or PhaseStats
-        What was completed last.
-    ticks_per_second : float
-        Simulated lately; 0 in the first `STATUS_PERIOD`.
-    seconds_left : float
-        Wall-clock time to the end at this pace; NaN while nothing is known of it.
-    """
-
-    stats: GenerationStats | PhaseStats
-    ticks_per_second: float
-    seconds_left: float
-
-
-class _Pace:
-    """How fast a run goes on."""
-
-    def __init__(self) -> None:
-        self._first: tuple[float, float] | None = None
-        self._last = (0.0, 0)
-        self._rate = 0.0
-
-    def status(self, stats: GenerationStats | PhaseStats, now: float) -> Status:
-        if self._first is None:
-            self._first = now, stats.progress
-            self._last = now, stats.ticks
-        seconds = now - self._last[0]
-        if seconds >= STATUS_PERIOD:
-            rate = (stats.ticks - self._last[1]) / seconds
-            self._rate = 0.8 * self._rate + 0.2 * rate if self._rate else rate
-            self._last = now, stats.ticks
-        spent = stats.progress - self._first[1]
-        left = (1 - stats.progress) / spent * (now - self._first[0]) if spent > 0 else math.nan
-        return Status(stats, self._rate, left)
-
-
 class Runner:
     """Runs a plan; the evaluators are started and ended with it.
 
@@ -207,7 +163,7 @@ class Runner:
         self._on_event = on_event
         self._stop = threading.Event()
         self._evolution: Evolution | None = None
-        self._pace = _Pace()
+        self._pace = Pace()
         self._next_status = 0.0
         self._untold: GenerationStats | None = None
         self._publisher = node.create_publisher(GenerationStatsMsg, 'generation_stats', 10)
@@ -217,6 +173,7 @@ class Runner:
         self._evaluator = RosEvaluator(
             node, plan.configuration.make_environment(), own_evaluators, self._event, patience
         )
+        self._status_file = StatusFile(plan.folder, self._evaluator.describe)
 
     def run(self) -> Outcome:
         """Run to the end, or till `stop` is called.
@@ -285,7 +242,7 @@ class Runner:
         else:
             if self._untold is not None:
                 self._tell(self._untold, now)
-            self._on_status(self._pace.status(stats, now))
+            self._show(self._pace.status(stats, now))
 
     def _tell(self, stats: GenerationStats, now: float) -> None:
         self._next_status = now + STATUS_PERIOD
@@ -294,6 +251,10 @@ class Runner:
         message = to_message(status)
         message.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(message)
+        self._show(status)
+
+    def _show(self, status: Status) -> None:
+        self._status_file.write(status)
         self._on_status(status)
 
 

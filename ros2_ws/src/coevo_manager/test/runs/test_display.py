@@ -8,7 +8,7 @@ from rich.console import Console
 
 from coevo_manager.core.evolution import GenerationStats, load_configuration
 from coevo_manager.runs.display import PlainDisplay, TerminalDisplay, make_display
-from coevo_manager.runs.run import Status
+from coevo_manager.runs.status import Status
 
 CONFIGURATION = load_configuration({}, 'paper')
 STATS = GenerationStats(

@@ -19,8 +19,10 @@ OWN = os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 """Flags that open a file of ours: no link of its name is followed, no pipe waited for."""
 
 
-def write_whole(path: Path, content: bytes) -> None:
+def write_whole(path: Path, content: bytes, durable: bool = True) -> None:
     """Write beside, flush to the disk and rename; a link is replaced, not followed.
+
+    Without `durable` nothing is flushed: after a power cut the file may be empty.
 
     Raises
     ------
@@ -32,12 +34,15 @@ def write_whole(path: Path, content: bytes) -> None:
         with os.fdopen(os.open(beside, os.O_WRONLY | os.O_EXCL | OWN, 0o666), 'wb') as file:
             file.write(content)
             file.flush()
-            os.fsync(file.fileno())
+            if durable:
+                os.fsync(file.fileno())
         beside.replace(path)
     except OSError:
         with contextlib.suppress(OSError):
             beside.unlink()
         raise
+    if not durable:
+        return
     directory = os.open(path.parent, os.O_RDONLY)
     try:
         os.fsync(directory)

@@ -21,9 +21,9 @@ NAME = 'sessions.json'
 class Session:
     """One stretch of a run, from its start or a resuming to its end or a stop.
 
-    It is an entry of ``sessions.json``, a list: `host`, `cores`, `commit`, `begun` (local time),
-    `first_phase` and `last_phase` completed, `seconds`, and how it `ended`; while it goes on, and
-    after a kill, the last two are null. An entry that finds no room on the disk is lost.
+    It is an entry of ``sessions.json``, a list: `host`, `process`, `cores`, `commit`, `begun`
+    (local time), `first_phase` and `last_phase` completed, `seconds`, and how it `ended`; while it
+    goes on, and after a kill, the last two are null. An entry that finds no room on the disk is lost.
 
     Parameters
     ----------
@@ -39,6 +39,7 @@ class Session:
         self._former = read_sessions(folder)
         self._entry: dict[str, Any] = {
             'host': platform.node(),
+            'process': os.getpid(),
             'cores': len(os.sched_getaffinity(0)),
             'commit': source_commit() or None,
             'begun': datetime.datetime.now().astimezone().isoformat(timespec='seconds'),
