@@ -87,8 +87,9 @@ class ControllerNode(LifecycleNode):
         if server:
             if self._pilot is not None:
                 raise ValueError('genome and genome_server are both set, expected one of them')
+            names = [parameter.name for parameter in NETWORK]
             self._genome_client = GenomeClient(
-                self, server, self._value('champion'), self._on_genome
+                self, server, self._value('champion'), names, self._on_genome
             )
         elif autostart:
             if self._pilot is None:
@@ -134,17 +135,34 @@ class ControllerNode(LifecycleNode):
         elif self._pilot is not None:
             self._pilot.limits = pilot.limits
 
-    def _on_genome(self, genome):
+    def _on_genome(self, genome, settings):
+        """Take a genome and what it evolved with, but for what was set to something else."""
+        server, champion = self._value('genome_server'), self._value('champion')
+        values = {}
+        for parameter in NETWORK:
+            own, evolved = self._value(parameter.name), settings[parameter.name]
+            if own == parameter.default:
+                values[parameter.name] = evolved
+            elif own != evolved:
+                self.get_logger().warning(
+                    f'{parameter.name} is {own}, in place of {evolved} with which {champion} of '
+                    f'{server} evolved'
+                )
         try:
-            parameter = Parameter('genome', Parameter.Type.DOUBLE_ARRAY, genome)
+            genes = Parameter('genome', Parameter.Type.DOUBLE_ARRAY, genome)
         except ValueError:
-            server, champion = self._value('genome_server'), self._value('champion')
-            self._refused = f'{champion!r} of {server} is {genome!r:.40}, expected a genome'
-            self.get_logger().error(self._refused)
+            self._refuse_genome(f'{champion!r} of {server} is {genome!r:.40}, expected a genome')
             return
-        result = self.set_parameters([parameter])[0]
-        if result.successful and self._value('autostart'):
+        settings = [Parameter(name, value=value) for name, value in values.items()]
+        result = self.set_parameters_atomically([genes, *settings])
+        if not result.successful:
+            self._refuse_genome(f'{champion!r} of {server} is refused: {result.reason}')
+        elif self._value('autostart'):
             self._start()
+
+    def _refuse_genome(self, sentence):
+        self._refused = sentence
+        self.get_logger().error(sentence)
 
     # Lifecycle
 

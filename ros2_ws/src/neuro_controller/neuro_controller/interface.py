@@ -209,7 +209,8 @@ GENOME_SERVER = Interface(
     'neuro_controller genome_server',
     'holds genomes as read-only parameters of 442 doubles, best of their population: predator and '
     'prey of the last snapshot of the run, gen_000500.predator of each snapshot, open.predator, '
-    'obstacle.prey ... as shipped.',
+    'obstacle.prey ... as shipped. Below each stand the settings that it evolved with, such as '
+    'predator.motor_map.',
     (
         Parameter(
             'run', '', 'run folder or snapshot; empty: the shipped champions of the open arena'

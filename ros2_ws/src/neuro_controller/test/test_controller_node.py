@@ -1,5 +1,6 @@
 """The controller and genome server nodes as processes: what they answer, refuse and survive."""
 
+import json
 import math
 import signal
 from array import array
@@ -13,7 +14,7 @@ from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from marxbot_msgs.msg import Camera, Ground, Neurons
 from rcl_interfaces.srv import GetParameters, SetParametersAtomically
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
@@ -128,11 +129,12 @@ def readings_of(rng):
     return readings
 
 
-def check_drives(robot, genome, ticks=15, reset=True, speed=8.5):
+def check_drives(robot, genome, ticks=15, reset=True, max_wheel_speed=8.5, **settings):
     """The robot answers as a fresh controller of that genome does, bit for bit."""
     if reset:
         assert robot.call(Trigger, 'reset').success
-    core, rng = Controller(genome, speed), np.random.default_rng(robot.tick)
+    core = Controller(genome, max_wheel_speed, **settings)
+    rng = np.random.default_rng(robot.tick)
     for _ in range(ticks):
         readings = readings_of(rng)
         readings[36] *= 2  # newtons, above the threshold
@@ -296,28 +298,48 @@ def test_the_genome_server_feeds_a_controller(starter, client, tmp_path):
     run = tmp_path / 'run'
     (run / 'snapshots').mkdir(parents=True)
     fitness = np.array([[0.2, 0.9], [0.1, 0.3]], np.float32)
+    configuration = {
+        'environment': 'obstacle',
+        'predator_speed': None,
+        'prey_speed': 6.0,
+        'motor_map': 'printed',
+        'episode_ticks': 300,
+    }
     np.savez(
         run / 'snapshots' / 'gen_000500.npz',
         predators=GENOMES[:2],
         prey=GENOMES[1:],
         fitness=fitness,
+        generation=500,
+        run=json.dumps({'configuration': configuration}),
     )
     starter(['neuro_controller', 'genome_server', '--ros-args', '-p', f'run:={run}'])
-    names = ['predator', 'prey', 'gen_000500.prey', 'open.predator']
+    names = ['predator', 'prey', 'gen_000500.prey', 'open.predator', 'predator.max_wheel_speed']
     values = client.call(GetParameters, '/genome_server/get_parameters', names=names).values
     assert values[0].double_array_value.tolist() == GENOMES[0].tolist()
     assert values[1].double_array_value == values[2].double_array_value
     assert values[1].double_array_value.tolist() == GENOMES[1].tolist()
     shipped = read_snapshot(SHIPPED / 'open.npz').best('predator', 1)[0]
     assert values[3].double_array_value.tolist() == shipped.tolist()
+    assert values[4].double_value == 10.0  # the paper's, with the obstacle
 
     process = starter(
-        controller('/b', 'genome_server:=/genome_server', 'champion:=prey', 'autostart:=true')
+        controller(
+            '/b',
+            *('genome_server:=/genome_server', 'champion:=prey', 'autostart:=true'),
+            'episode_ticks:=500',
+        )
     )
     other = Robot(client, '/b', process)
     process.wait_for_output('active', 40)
+    assert 'episode_ticks is 500, in place of 300 with which prey' in process.stderr_text
+    names = ['max_wheel_speed', 'motor_map', 'ground_coding', 'episode_ticks']
+    values = other.call(GetParameters, 'get_parameters', names=names).values
+    taken = [parameter_value_to_python(value) for value in values]
+    assert taken == [6.0, 'printed', 'raw', 500]
     other.connect()
-    check_drives(other, GENOMES[1], ticks=3, speed=10.0)
+    evolved = dict(zip(names, taken, strict=True), infrared_response='linear')
+    check_drives(other, GENOMES[1], ticks=3, **evolved)
     process.send_signal(signal.SIGTERM)  # while active: it stops the robot before it ends
     wait_for_stop(other)
     assert process.wait(10) == 0

@@ -15,6 +15,7 @@ from sensor_msgs.msg import LaserScan
 
 from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.snapshot import read_snapshot
+from neuro_controller.interface import NETWORK
 from neuro_controller.sensors import SENSORS, Sensors
 
 TYPES = {
@@ -179,7 +180,9 @@ def test_a_champion_that_is_no_genome_is_told_and_the_node_lives(starter, client
         f"node = Node('holder', namespace='{namespace}', "
         'automatically_declare_parameters_from_overrides=True); rclpy.spin(node)'
     )
-    starter([sys.executable, '-c', program, '--ros-args', '-p', f'a:={value}'])
+    held = [f'a:={value}', *(f'a.{parameter.name}:={parameter.default}' for parameter in NETWORK)]
+    options = [part for parameter in held for part in ('-p', parameter)]
+    starter([sys.executable, '-c', program, '--ros-args', *options])
     options = [f'genome_server:={namespace}/holder', 'champion:=a', 'autostart:=true']
     arguments = ['-r', f'__ns:={namespace}']
     arguments += [part for option in options for part in ('-p', option)]
