@@ -19,7 +19,6 @@ from coevo_manager.runs.options import read_options
 from coevo_manager.runs.run import make_plan
 from node_runner.children import executable_path
 
-
 LONG = ('--phases', '400')
 """A run that cannot be over before every evaluator of it is at work."""
 

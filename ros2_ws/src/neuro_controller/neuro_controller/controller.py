@@ -259,7 +259,7 @@ class ControllerNode(LifecycleNode):
         self._sensors.forget()
         self._trouble = self._refused = ''
         self._restarts = 0
-        self._began = self._answered_at = self._now()
+        self._began = self._completed_at = self._now()
 
     def _on_time_jump(self, _):
         """Simulated time went back: a new episode."""
@@ -293,8 +293,8 @@ class ControllerNode(LifecycleNode):
         """Answer a set of readings of that time, ns."""
         begins = self._pilot.answer(stamp, self._sensors.readings)
         self._restarts = self._restarts + 1 if begins else 0
+        self._completed_at = self._now()
         if self._restarts < MOST_RESTARTS:
-            self._answered_at = self._now()
             self._go_on()
             self._publish_command(Time(nanoseconds=stamp).to_msg())
         else:
@@ -310,7 +310,7 @@ class ControllerNode(LifecycleNode):
             if now - self._began > self._timeout:
                 self._stop(f'no {" and no ".join(silent)} for {self._timeout:g} s')
         elif self._on_sensors:
-            if now - self._answered_at > self._timeout:
+            if now - self._completed_at > self._timeout:
                 self._stop(
                     f'no complete set of readings for {self._timeout:g} s: '
                     f'{self._sensors.why_incomplete()}'

@@ -59,11 +59,14 @@ class Robot:
             message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, SECOND)
             self.publishers[name].publish(message)
 
-    def status(self):
-        """The last report of this controller, or None."""
+    def statuses(self):
+        """The reports of this controller."""
         name = f'{self.namespace.lstrip("/")}/controller: network'
-        found = [s for report in self.reports for s in report.status if s.name == name]
-        return found[-1] if found else None
+        return [s for report in self.reports for s in report.status if s.name == name]
+
+    def status(self):
+        """The last of them, or None."""
+        return (self.statuses() or [None])[-1]
 
     def drives(self):
         return [c for c in self.commands if c.twist.linear.x or c.twist.angular.z]
@@ -127,7 +130,14 @@ def test_stamps_that_stand_still_stop_the_robot_and_are_told(robot):
         robot.send([9 * SECOND] * 4)
         return robot.stopped('the stamps of readings do not advance')
 
+    def reported_twice():
+        robot.send([9 * SECOND] * 4)
+        return len(robot.statuses()) >= 2
+
     robot.client.until(stopped, 'the stop')
+    robot.reports.clear()
+    robot.client.until(reported_twice, 'two more reports')
+    assert all('do not advance' in status.message for status in robot.statuses())
     drive(robot, lambda turn: [(20_000 + turn) * SECOND] * 4)
 
 
