@@ -30,7 +30,7 @@ class Load:
         self._busy, self._changed = busy, now
 
     def since_last(self, now: float) -> tuple[float, float]:
-        """Return the share of the time that was busy and the episodes a second since last asked."""
+        """Return the busy share of the time and the episodes a second since this was called."""
         self.busy(now, self._busy)
         seconds = max(now - self._asked, 1e-9)
         share, rate = self._busy_seconds / seconds, self.episodes / seconds

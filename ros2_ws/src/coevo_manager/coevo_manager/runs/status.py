@@ -79,9 +79,7 @@ class StatusFile:
         Returns what is known of the evaluators, for JSON.
     """
 
-    def __init__(
-        self, folder: Path, evaluators: Callable[[], dict[str, Any]] = lambda: {}
-    ) -> None:
+    def __init__(self, folder: Path, evaluators: Callable[[], dict[str, Any]] = dict) -> None:
         self._path = folder / FILE_NAME
         self._evaluators = evaluators
         self._next = 0.0

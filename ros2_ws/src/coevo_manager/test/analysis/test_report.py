@@ -18,8 +18,8 @@ from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.play.probe import SearchBudget
 from coevo_manager.analysis.play.tournament import Evaluations, Store
 from coevo_manager.analysis.report import player
+from coevo_manager.analysis.report.packing import pack
 from coevo_manager.analysis.report.page import answer
-from coevo_manager.analysis.report.player import pack
 from coevo_manager.analysis.runs import read_run, read_runs
 from coevo_manager.analysis.study import collect
 from coevo_manager.core.behaviour import MEASURES, behaviour
@@ -231,7 +231,7 @@ def test_packed_episodes_keep_what_happened(runs):
     run = read_run(runs[4])
     snapshot = run.snapshot(40)
     trace = trace_pair(snapshot.predators[0], snapshot.prey[0], run.environment)
-    poses, neurons = unpack(pack(trace), trace.ticks)
+    poses, neurons = unpack(pack(trace)['data'], trace.ticks)
     for robot in (0, 1):
         assert poses[robot, :2] == pytest.approx(trace.poses[:, robot, :2].T, abs=6e-4)
         turns = poses[robot, 2] - trace.poses[:, robot, 2]

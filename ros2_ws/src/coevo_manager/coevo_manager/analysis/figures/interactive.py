@@ -57,8 +57,8 @@ def chart_data(chart: Chart) -> dict[str, Any]:
 def panel_figure(panel: Panel, height: float) -> dict[str, Any]:
     """A panel as a Plotly figure: `data` and `layout`, and a title and a note."""
     heat = any(isinstance(mark, Heat) for mark in panel.marks)
-    axis: dict[str, Any] = {'gridcolor': '#e8e8e8', 'zeroline': False, 'ticks': 'outside'}
-    axis |= {'linecolor': '#999', 'automargin': True, 'nticks': 6}
+    axis: dict[str, Any] = {'zeroline': False, 'ticks': 'outside'}
+    axis |= {'automargin': True, 'nticks': 6}
     x = axis | {'title': {'text': panel.xlabel, 'standoff': 6}}
     y = axis | {'title': {'text': panel.ylabel, 'standoff': 6}}
     if panel.ylim:
@@ -66,7 +66,7 @@ def panel_figure(panel: Panel, height: float) -> dict[str, Any]:
     if panel.xlim:
         x['range'] = _numbers(panel.xlim)
     if panel.zero:
-        y |= {'zeroline': True, 'zerolinecolor': '#888', 'rangemode': 'tozero'}
+        y |= {'zeroline': True, 'rangemode': 'tozero'}
     if panel.categories is not None:
         count = len(panel.categories)
         x |= {'tickvals': list(range(count)), 'ticktext': list(panel.categories)}
@@ -74,7 +74,7 @@ def panel_figure(panel: Panel, height: float) -> dict[str, Any]:
     layout = {
         'height': round(INCH * height) + 93,
         'margin': {'l': 52, 'r': 8, 't': 26, 'b': 44},
-        'font': {'family': 'system-ui, sans-serif', 'size': 12, 'color': '#222'},
+        'font': {'family': 'system-ui, sans-serif', 'size': 12},
         'hovermode': 'closest',
         'showlegend': False,
         'barmode': 'group',

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import pandas as pd
 
 from coevo_manager.analysis.conditions import without_obstacle
 from coevo_manager.analysis.figures.charts import Bars, Chart, Heat, Line, Mark, Panel, Spans
 from coevo_manager.analysis.figures.complexity import complexity_figures
 from coevo_manager.analysis.figures.marks import compact, in_rows, interval_note, species_line
+from coevo_manager.analysis.logs import turns
 from coevo_manager.analysis.measures import paper as measures
 from coevo_manager.analysis.measures import statistics
 from coevo_manager.analysis.measures.cross import cross_values
@@ -50,7 +50,7 @@ def _evolving(arena: str, members: Members) -> Chart:
                 part['evolving'] == 'predator', part['fitness_mean'], 1 - part['fitness_mean']
             )
             marks: list[Mark] = [
-                Spans(_turns(part, s), f'{PLURAL[s].capitalize()} evolve', COLOURS[s])
+                Spans(turns(part, s), f'{PLURAL[s].capitalize()} evolve', COLOURS[s])
                 for s in SPECIES
             ]
             line = Line(part['generation'].to_numpy(), fitness, 'Predator fitness', '#222222')
@@ -74,17 +74,6 @@ def _evolving(arena: str, members: Members) -> Chart:
         'Fitness of the prey: 1 minus the curve.',
         height=1.7,
     )
-
-
-def _turns(part: pd.DataFrame, species: str) -> list[tuple[float, float]]:
-    """Stretches of generations in which a species evolves."""
-    generation = part['generation'].to_numpy(float)
-    mine = np.concatenate([[False], part['evolving'] == species, [False]])
-    starts, ends = np.flatnonzero(mine[1:] & ~mine[:-1]), np.flatnonzero(~mine[1:] & mine[:-1])
-    return [
-        (float(generation[start] - 1), float(generation[end - 1]))
-        for start, end in zip(starts, ends, strict=True)
-    ]
 
 
 def _populations(arena: str, members: Members) -> Chart:

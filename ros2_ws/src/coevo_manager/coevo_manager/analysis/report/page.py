@@ -26,7 +26,10 @@ from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.species import COLOURS, PLURAL
 
 PACKAGES = ('coevo_manager', 'numpy', 'numba', 'scipy', 'statsmodels', 'matplotlib', 'plotly')
-ASSETS = ('report.html', 'report.css', 'player.css', 'charts.js', 'player.js', 'report.js')
+ASSETS = (
+    *('report.html', 'report.css', 'charts.css', 'player.css'),
+    *('charts.js', 'arena.js', 'player.js', 'report.js'),
+)
 AT_A_GLANCE = 'gains'
 """Kind of the chart that stands beside the verdicts."""
 
@@ -89,7 +92,7 @@ def write_report(
         title=title if len(arenas) != 1 else f'{title} {arenas[0].capitalize()}',
         lead=_lead(study),
         colours=COLOURS,
-        css=source['report.css'] + source['player.css'],
+        css=''.join(source[name] for name in ASSETS if name.endswith('.css')),
         scripts=[source[name] for name in ASSETS if name.endswith('.js')],
         data=_json(data).replace('<', '\\u003c'),
         glance=[_glance(arena, tables['verdicts'].frame, charts) for arena in arenas],

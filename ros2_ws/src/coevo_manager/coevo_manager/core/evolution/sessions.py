@@ -23,7 +23,8 @@ class Session:
 
     It is an entry of ``sessions.json``, a list: `host`, `process`, `cores`, `commit`, `begun`
     (local time), `first_phase` and `last_phase` completed, `seconds`, and how it `ended`; while it
-    goes on, and after a kill, the last two are null. An entry that finds no room on the disk is lost.
+    goes on, and after a kill, the last two are null. An entry that finds no room on the disk is
+    lost.
 
     Parameters
     ----------

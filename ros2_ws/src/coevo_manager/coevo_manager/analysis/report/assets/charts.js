@@ -1,7 +1,8 @@
 'use strict';
 
 /* Draws charts, data apart from drawing: `chart` is what figures/interactive.py makes of a chart,
-   `element` receives a legend and one Plotly figure a panel, laid out by the page's width. */
+   `element` receives a legend and one Plotly figure a panel, laid out by the page's width, in the
+   page's colours. A chart that is drawn again in its element keeps where the user has zoomed. */
 
 const PLOT_OPTIONS = {
   responsive: true,
@@ -37,17 +38,43 @@ function chartLegend(chart) {
   return legend;
 }
 
-function drawChart(element, chart) {
+function chartLayout(element, panel, width) {
+  const style = getComputedStyle(element);
+  const [ink, soft, line] = ['--ink', '--soft', '--line'].map((name) => style.getPropertyValue(name).trim());
+  const axis = (given) => ({ ...given, gridcolor: line, linecolor: soft, zerolinecolor: soft });
+  return {
+    ...panel.layout,
+    ...(panel.square ? { height: Math.min(width, 420) + 20 } : {}),
+    font: { ...panel.layout.font, color: ink },
+    xaxis: axis(panel.layout.xaxis),
+    yaxis: axis(panel.layout.yaxis),
+    paper_bgcolor: 'rgba(0, 0, 0, 0)',
+    plot_bgcolor: 'rgba(0, 0, 0, 0)',
+    uirevision: 'kept',
+  };
+}
+
+function chartPanels(element, chart) {
   const grid = make('div', 'chart-panels');
   grid.style.setProperty('--columns', chart.columns);
-  element.replaceChildren(chartLegend(chart), grid);
   for (const panel of chart.panels) {
     const cell = make('div', 'chart-panel');
-    const plot = make('div', 'chart-plot');
-    cell.append(make('h4', '', panel.title), make('p', 'chart-note', panel.note), plot);
+    cell.append(make('h4', '', panel.title), make('p', 'chart-note', panel.note), make('div', 'chart-plot'));
     grid.append(cell);
-    const layout = { ...panel.layout };
-    if (panel.square) layout.height = Math.min(cell.clientWidth, 420) + 20;
-    Plotly.newPlot(plot, panel.data, layout, PLOT_OPTIONS);
   }
+  element.replaceChildren(chartLegend(chart), grid);
+}
+
+function drawChart(element, chart) {
+  const titles = [...element.querySelectorAll('.chart-panel h4')].map((title) => title.textContent);
+  if (titles.join() === chart.panels.map((panel) => panel.title).join() && titles.length) {
+    element.querySelector('.chart-legend').replaceWith(chartLegend(chart));
+  } else {
+    chartPanels(element, chart);
+  }
+  const plots = element.querySelectorAll('.chart-plot');
+  chart.panels.forEach((panel, k) => {
+    const layout = chartLayout(element, panel, plots[k].clientWidth);
+    Plotly.react(plots[k], panel.data, layout, PLOT_OPTIONS);
+  });
 }

@@ -2,11 +2,8 @@
 
 /* An episode player for any page: `new EpisodePlayer(element)` fills the element, and
    `show(runs)` gives it runs as report/player.py makes them. Episodes that a run does not hold come
-   from elsewhere: give a function `load(run, name)` that returns a promise of one. */
-
-const RAYS = 24;
-const LAYERS = { infrared: [0, 24], inputs: [24, 25], hidden: [49, 10], motors: [59, 2] };
-const CHANNELS = 61;
+   from elsewhere: give a function `load(run, name)` that returns a promise of one. Runs that have
+   grown since, or others, are given to `update(runs)`, which keeps what is chosen. */
 
 const PLAYER_PAGE = `
   <div class="controls">
@@ -78,12 +75,14 @@ class EpisodePlayer {
   constructor(root, load = (run, name) => Promise.resolve(run.episodes[name])) {
     this.root = root;
     this.loadEpisode = load;
+    this.runs = [];
     this.time = 0;
     this.playing = false;
     root.classList.add('player');
     root.tabIndex = 0;
     root.setAttribute('aria-label', 'Episode player');
     root.innerHTML = PLAYER_PAGE;
+    this.view = new ArenaView(this.element('arena'), this.element('neurons'));
     this.choices = ['predator-generation', 'predator-rank', 'prey-generation', 'prey-rank'].map((part) => this.element(part));
     this.element('run').addEventListener('change', () => this.chooseRun());
     this.choices.forEach((choice) => choice.addEventListener('change', () => this.load()));
@@ -93,6 +92,7 @@ class EpisodePlayer {
     this.element('scrub').addEventListener('input', (event) => this.seek(Number(event.target.value)));
     for (const part of ['sensors', 'trails']) this.element(part).addEventListener('change', () => this.draw());
     this.element('timeline').addEventListener('pointerdown', (event) => {
+      if (!this.trace) return;
       const box = event.target.getBoundingClientRect();
       this.seek(Math.round(((event.clientX - box.left) / box.width) * this.trace.ticks));
     });
@@ -109,8 +109,23 @@ class EpisodePlayer {
     return this.chooseRun();
   }
 
-  fill(select, names) {
+  update(runs) {
+    const chosen = this.element('run').selectedOptions[0]?.text;
+    this.runs = runs;
+    this.fill(this.element('run'), runs.map((run) => run.title), chosen);
+    if (this.element('run').selectedOptions[0]?.text !== chosen) return this.chooseRun();
+    this.run = this.runs[Number(this.element('run').value)];
+    this.choices.forEach((choice, k) => {
+      this.fill(choice, k % 2 ? this.run.ranks : this.run.generations, choice.selectedOptions[0]?.text);
+    });
+    return Promise.resolve();
+  }
+
+  /* Offer some names; the one that is to be kept stays chosen where it is still among them. */
+  fill(select, names, keep) {
     select.replaceChildren(...names.map((name, k) => new Option(name, k)));
+    const place = names.findIndex((name) => String(name) === keep);
+    if (place >= 0) select.value = place;
   }
 
   chooseRun() {
@@ -124,10 +139,23 @@ class EpisodePlayer {
     return this.load();
   }
 
+  /* Identity of the pair that is chosen: places of generations and ranks in the run. */
+  chosen() {
+    return this.choices.map((choice) => choice.value).join('/');
+  }
+
   async load() {
-    const name = this.choices.map((choice) => choice.value).join('/');
-    const trace = await unpack(await this.loadEpisode(this.run, name), this.run.units);
-    if (name !== this.choices.map((choice) => choice.value).join('/')) return;
+    const [run, name] = [this.run, this.chosen()];
+    const isWanted = () => this.run.title === run.title && this.chosen() === name;
+    this.element('status').textContent = 'loading';
+    let trace;
+    try {
+      trace = await unpack(await this.loadEpisode(run, name), run.units);
+    } catch (error) {
+      if (isWanted()) this.element('status').textContent = error.message;
+      return;
+    }
+    if (!isWanted()) return;
     this.trace = trace;
     this.name = name;
     this.element('scrub').max = trace.ticks;
@@ -138,6 +166,7 @@ class EpisodePlayer {
   }
 
   toggle() {
+    if (!this.trace) return;
     this.playing = !this.playing;
     this.element('play').textContent = this.playing ? 'Pause' : 'Play';
     if (!this.playing) return;
@@ -162,6 +191,7 @@ class EpisodePlayer {
   }
 
   seek(tick) {
+    if (!this.trace) return;
     this.time = Math.max(0, Math.min(this.trace.ticks, tick));
     this.draw();
   }
@@ -193,103 +223,31 @@ class EpisodePlayer {
     return this.trace.neurons[robot][index][k];
   }
 
+  /* A robot as ArenaView draws it. */
+  robot(k) {
+    const tick = Math.min(Math.floor(this.time), this.trace.ticks - 1);
+    const [x, y] = this.trace.poses[k];
+    return {
+      ...this.pose(k, this.time),
+      wheels: this.trace.wheels[k].map((wheel) => wheel[tick]),
+      neurons: this.trace.neurons[k].map((channel) => channel[tick]),
+      trail: { x, y, length: Math.floor(this.time) + 1 },
+    };
+  }
+
   draw() {
-    this.drawArena();
+    if (!this.trace) return;
+    this.view.draw(this.run, [this.robot(0), this.robot(1)], {
+      sensors: this.element('sensors').checked,
+      trails: this.element('trails').checked,
+    });
     this.drawTimeline();
-    this.drawNeurons();
     const tick = Math.floor(this.time);
     this.element('scrub').value = tick;
     const seconds = (count) => `${(count * this.run.tick).toFixed(1)} s`;
     const [a, b] = [0, 1].map((robot) => this.pose(robot, this.time));
     const end = this.trace.captured ? `captured at ${seconds(this.trace.ticks)}` : `not captured in ${seconds(this.trace.ticks)}`;
     this.element('status').textContent = `${seconds(tick)} of ${seconds(this.trace.ticks)}, distance ${Math.hypot(a.x - b.x, a.y - b.y).toFixed(2)} m; ${end}`;
-  }
-
-  drawArena() {
-    const canvas = this.element('arena');
-    const context = canvas.getContext('2d');
-    const scale = canvas.width / (this.run.arena * 1.02);
-    context.setTransform(scale, 0, 0, -scale, canvas.width / 2, canvas.height / 2);
-    const half = this.run.arena / 2;
-    const ground = context.createRadialGradient(0, 0, 0, 0, 0, half * Math.SQRT2);
-    ground.addColorStop(0, '#ffffff');
-    ground.addColorStop(1, '#6f6f6f');
-    context.fillStyle = '#000';
-    context.fillRect(-2 * half, -2 * half, 4 * half, 4 * half);
-    context.fillStyle = ground;
-    context.fillRect(-half, -half, 2 * half, 2 * half);
-    if (this.run.obstacle) this.disc(context, 0, 0, this.run.obstacle, '#222');
-    for (const robot of [0, 1]) {
-      if (this.element('trails').checked) this.drawTrail(context, robot);
-    }
-    for (const robot of [0, 1]) this.drawRobot(context, robot);
-  }
-
-  disc(context, x, y, radius, colour) {
-    context.beginPath();
-    context.arc(x, y, radius, 0, 2 * Math.PI);
-    context.fillStyle = colour;
-    context.fill();
-  }
-
-  drawTrail(context, robot) {
-    const [x, y] = this.trace.poses[robot];
-    context.beginPath();
-    for (let k = 0; k <= Math.floor(this.time); k += 1) context.lineTo(x[k], y[k]);
-    context.lineWidth = 0.012;
-    context.setLineDash(robot ? [0.05, 0.03] : []);
-    context.strokeStyle = this.run.colours[robot];
-    context.globalAlpha = 0.7;
-    context.stroke();
-    context.globalAlpha = 1;
-    context.setLineDash([]);
-  }
-
-  drawRobot(context, robot) {
-    const { x, y, heading } = this.pose(robot, this.time);
-    const radius = this.run.radius;
-    context.save();
-    context.translate(x, y);
-    context.rotate(heading);
-    if (this.element('sensors').checked) this.drawSensors(context, robot);
-    this.disc(context, 0, 0, radius, this.run.colours[robot]);
-    context.lineWidth = 0.012;
-    context.strokeStyle = robot ? '#fff' : '#000';
-    context.stroke();
-    context.beginPath();
-    context.moveTo(radius * 0.8, 0);
-    context.lineTo(-radius * 0.4, radius * 0.5);
-    context.lineTo(-radius * 0.4, -radius * 0.5);
-    context.closePath();
-    context.fillStyle = '#fff';
-    context.fill();
-    context.restore();
-  }
-
-  drawSensors(context, robot) {
-    const { radius, range } = this.run;
-    for (let k = 0; k < RAYS; k += 1) {
-      const activation = this.neuron(robot, LAYERS.infrared[0] + k);
-      if (activation === 0) continue;
-      const angle = ((7.5 + 15 * k) * Math.PI) / 180;
-      context.beginPath();
-      context.moveTo(Math.cos(angle) * radius, Math.sin(angle) * radius);
-      context.lineTo(Math.cos(angle) * (radius + range), Math.sin(angle) * (radius + range));
-      context.strokeStyle = `rgba(0, 0, 0, ${0.25 + 0.75 * activation})`;
-      context.lineWidth = 0.008;
-      context.stroke();
-    }
-    for (let k = 0; k < 8; k += 1) {
-      const seen = this.neuron(robot, LAYERS.inputs[0] + 8 + k);
-      if (seen === 0) continue;
-      context.beginPath();
-      context.arc(0, 0, radius + range + 0.04, (k * Math.PI) / 4, ((k + 1) * Math.PI) / 4);
-      context.strokeStyle = this.run.colours[1 - robot];
-      context.globalAlpha = 0.35 + 0.65 * seen;
-      context.lineWidth = 0.04;
-      context.stroke();
-      context.globalAlpha = 1;
-    }
   }
 
   drawTimeline() {
@@ -304,63 +262,21 @@ class EpisodePlayer {
       const distance = Math.hypot(ax[k] - bx[k], ay[k] - by[k]);
       context.lineTo((k / this.trace.ticks) * width, height - 6 - (distance / far) * (height - 30));
     }
-    context.strokeStyle = '#333';
+    context.strokeStyle = pageColour(canvas, '--ink');
     context.lineWidth = 2.5;
     context.stroke();
     context.font = '20px system-ui, sans-serif';
-    context.fillStyle = '#5c626b';
+    context.fillStyle = pageColour(canvas, '--soft');
     context.fillText('distance between the robots', 10, 24);
     const now = (this.time / this.trace.ticks) * width;
-    context.fillStyle = '#14558f';
+    context.fillStyle = pageColour(canvas, '--accent');
     context.fillRect(now - 2, 0, 4, height);
-  }
-
-  drawNeurons() {
-    const canvas = this.element('neurons');
-    const context = canvas.getContext('2d');
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    const groups = [
-      ['infrared groups', LAYERS.inputs[0], 8], ['camera', LAYERS.inputs[0] + 8, 8],
-      ['mean', LAYERS.inputs[0] + 16, 1], ['ground', LAYERS.inputs[0] + 17, 4],
-      ['mean', LAYERS.inputs[0] + 21, 1], ['contact', LAYERS.inputs[0] + 22, 1],
-      ['clock', LAYERS.inputs[0] + 23, 1], ['fatigue', LAYERS.inputs[0] + 24, 1],
-    ];
-    const rows = [groups.slice(0, 3), groups.slice(3), [['hidden', ...LAYERS.hidden], ['translation, rotation', ...LAYERS.motors]]];
-    for (const robot of [0, 1]) {
-      const top = robot * 440;
-      context.font = 'bold 24px system-ui, sans-serif';
-      context.fillStyle = this.run.colours[robot];
-      context.fillText(robot ? 'Prey' : 'Predator', 0, top + 24);
-      const k = Math.min(Math.floor(this.time), this.trace.ticks - 1);
-      const [left, right] = this.trace.wheels[robot].map((wheel) => wheel[k].toFixed(1));
-      context.font = '20px system-ui, sans-serif';
-      context.fillStyle = '#5c626b';
-      context.fillText(`wheels ${left}, ${right} of ${this.run.speeds[robot]} rad/s`, 140, top + 24);
-      rows.forEach((row, r) => this.drawBars(context, row, robot, top + 44 + r * 128));
-    }
-  }
-
-  drawBars(context, row, robot, top) {
-    let x = 0;
-    for (const [name, first, count] of row) {
-      context.font = '18px system-ui, sans-serif';
-      context.fillStyle = '#5c626b';
-      context.fillText(name, x, top + 16);
-      const labelled = context.measureText(name).width;
-      for (let k = 0; k < count; k += 1) {
-        const value = this.neuron(robot, first + k);
-        const left = x + k * 36;
-        context.fillStyle = '#e2e5ea';
-        context.fillRect(left, top + 24, 30, 80);
-        context.fillStyle = this.run.colours[robot];
-        context.fillRect(left, top + 24 + 80 * (1 - value), 30, 80 * value);
-      }
-      x += Math.max(count * 36, labelled) + 22;
-    }
   }
 
   drawGrid() {
     const { generations, ranks, episodes, tick } = this.run;
+    this.element('grid').replaceChildren();
+    if (!episodes) return;
     const longest = Math.max(...Object.values(episodes).map((episode) => episode.ticks));
     const people = generations.flatMap((generation, g) => ranks.map((rank, r) => ({ generation, rank, key: `${g}/${r}` })));
     const table = document.createElement('table');

@@ -1,0 +1,80 @@
+"""Recorded episodes, packed small, for the episode player of a page.
+
+A packed episode is the base64 text of a raw deflate stream of channels one after the other,
+little-endian, whole numbers in the units of `UNITS`:
+
+* int16, t + 1 values each, as differences of differences: x, y and heading of the predator, then
+  the prey;
+* int16, t values each, as differences: left and right wheel speed of the predator, then the prey;
+* uint8, t values each, as differences: of the predator, then the prey, 24 infrared activations, 25
+  sensory, 10 hidden and 2 motor neurons.
+
+Differences are from one tick to the next, the first from 0, wrapped to the width of their type.
+"""
+
+import base64
+import zlib
+from typing import Any
+
+import numpy as np
+
+from coevo_manager.core.environment import Environment
+from coevo_manager.core.episodes.trace import Trace
+from coevo_manager.core.species import COLOURS, SPECIES
+from marxbot_sim.core.parameters import (
+    BODY_RADIUS,
+    INFRARED_RANGE,
+    INFRARED_RAYS,
+    OBSTACLE_RADIUS,
+    TICK,
+)
+
+UNITS = {'length': 0.001, 'turn': 4096, 'speed': 0.1, 'neuron': 31}
+"""Of positions, m; headings, parts of a full turn; wheel speeds, rad/s; neurons, steps to 1."""
+
+
+def constants(environment: Environment) -> dict[str, Any]:
+    """Return what drawing needs to know of an environment, ready for JSON."""
+    return {
+        'tick': TICK,
+        'units': UNITS,
+        'arena': environment.arena.size,
+        'radius': BODY_RADIUS,
+        'range': INFRARED_RANGE,
+        'obstacle': OBSTACLE_RADIUS if environment.obstacle else 0,
+        'colours': [COLOURS[species] for species in SPECIES],
+        'speeds': [environment.predator_speed, environment.prey_speed],
+    }
+
+
+def pack(trace: Trace) -> dict[str, Any]:
+    """Return an episode ready for JSON: `ticks`, `captured` and `data`, see the module."""
+    poses = np.array(trace.poses, float)
+    poses[..., :2] /= UNITS['length']
+    poses[..., 2] *= UNITS['turn'] / (2 * np.pi)
+    infrared = np.clip(1 - trace.readings[..., :INFRARED_RAYS] / INFRARED_RANGE, 0, 1)
+    neurons = np.concatenate([infrared, trace.inputs, trace.hidden, trace.outputs], axis=-1)
+    levels = np.round(np.clip(neurons, 0, 1) * UNITS['neuron'])
+    speeds = np.round(trace.wheels / UNITS['speed'])
+    parts = [
+        _differences(_differences(_channels(np.round(poses)).astype(np.int64).astype(np.int16))),
+        _differences(_channels(speeds).astype(np.int16)),
+        _differences(_channels(levels).astype(np.uint8)),
+    ]
+    packer = zlib.compressobj(9, wbits=-15)
+    data = packer.compress(b''.join(part.tobytes() for part in parts)) + packer.flush()
+    return {
+        'ticks': trace.ticks,
+        'captured': trace.captured,
+        'data': base64.b64encode(data).decode(),
+    }
+
+
+def _channels(values: np.ndarray) -> np.ndarray:
+    """Turn (t, 2, k) values into channels (2, k, t)."""
+    return np.moveaxis(values, 0, -1)
+
+
+def _differences(channels: np.ndarray) -> np.ndarray:
+    """Differences along each channel, which wrap."""
+    return np.diff(channels, axis=-1, prepend=channels.dtype.type(0))
