@@ -138,6 +138,8 @@ def process_starter(env: Mapping[str, str], folder: Path) -> Iterator[Callable[.
         yield start
     finally:
         for process in reversed(started):
+            process.terminate()
+        for process in reversed(started):
             process.end()
 
 

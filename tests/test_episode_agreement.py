@@ -164,7 +164,7 @@ def test_outcomes_of_whole_episodes(fields):
 
     Recurrent networks can be chaotic; such pairs must be few.
     """
-    n, tries = 100, 3
+    n, tries = 60, 3
     predators, prey = genomes(n, 2)
     rng = np.random.default_rng(3)
     starts = START + np.concatenate(

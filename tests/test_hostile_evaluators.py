@@ -9,7 +9,7 @@ from evolve_runs import TOY, evaluators_of, read_files, toy_files
 from ros_processes import wait_until
 
 HOSTILE = """
-import sys, threading
+import os, signal, sys, threading
 import numpy as np, rclpy
 from coevo_manager.evaluators.evaluator import EvaluatorNode
 from coevo_manager.evaluators.messages import to_sequence
@@ -30,6 +30,7 @@ class Hostile(EvaluatorNode):
         super()._respond(response, task)
 
 rclpy.init(args=sys.argv)
+signal.signal(signal.SIGTERM, lambda *_: os._exit(0))
 Hostile().serve(threading.Event())
 """
 LIES = {
@@ -55,22 +56,29 @@ def toy(tmp_path_factory):
 
 @pytest.fixture
 def start_hostile(start):
-    """``start_hostile(name, lie, honest)``: an evaluator that lies after `honest` answers."""
+    """``start_hostile(lies, honest)``: evaluators, by name, that lie after `honest` answers."""
 
-    def start_one(name, lie, honest=1):
-        program = HOSTILE.format(lie=lie, honest=honest)
-        ros = ['--ros-args', '-r', f'__ns:=/{name}']
-        process = start([sys.executable, '-c', program, *ros])
-        process.wait_for_output('ready on', 90)
-        return process
+    def start_all(lies, honest=1):
+        started = [
+            start(
+                [
+                    *(sys.executable, '-c', HOSTILE.format(lie=lie, honest=honest)),
+                    *('--ros-args', '-r', f'__ns:=/{name}'),
+                ]
+            )
+            for name, lie in lies.items()
+        ]
+        for process in started:
+            process.wait_for_output('ready on', 90)
+        return started
 
-    return start_one
+    return start_all
 
 
 @pytest.mark.timeout(600)
 def test_who_answers_badly_is_refused_and_changes_nothing(start, start_hostile, tmp_path, toy):
     out = tmp_path / 'run'
-    liars = [start_hostile(name, lie) for name, (lie, _) in LIES.items()]
+    liars = start_hostile({name: lie for name, (lie, _) in LIES.items()})
     run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '--out', out])
     for name, (_, sentence) in LIES.items():
         wait_until(
@@ -91,7 +99,7 @@ def test_who_answers_badly_is_refused_and_changes_nothing(start, start_hostile, 
 
 def test_a_liar_beside_own_evaluators_gets_no_further(start, start_hostile, tmp_path, toy):
     out = tmp_path / 'run'
-    start_hostile('late_liar', LIES['plausible'][0], honest=4)
+    start_hostile({'late_liar': LIES['plausible'][0]}, honest=4)
     run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '1', '--out', out])
     assert run.wait(150) == 0, run.stderr_text
     log = (out / 'run.log').read_text()

@@ -40,20 +40,23 @@ from neuro_controller.core.snapshot import read_snapshot
 RADIUS = np.float32(0.085)
 
 CONDITIONS = {
-    **{world: make_environment(values) for world, values in WORLDS.items()},
+    **{
+        world: make_environment({**values, 'episode_ticks': 300})
+        for world, values in WORLDS.items()
+    },
     'plain': Environment(
         motor_map='printed',
         wall_contact='slide',
         infrared_response='linear',
         ground_coding='raw',
         wall_friction=0.0,
-        episode_ticks=300,
+        episode_ticks=150,
     ),
     'obstacle': Environment(obstacle=True),
     'obstacle undo': Environment(obstacle=True, wall_contact='undo', episode_ticks=150),
     'pymunk': Environment(physics='pymunk', obstacle=True, episode_ticks=150),
 }
-PAIRS = 4
+PAIRS = 3
 
 
 def pairs(condition):
