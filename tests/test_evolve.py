@@ -12,8 +12,8 @@ import pytest
 from evolve_runs import TOY, evaluators_of, phases_completed, read_files, toy_files
 from ros_processes import wait_until
 
-from coevo_manager.core.configuration import FIELDS
 from coevo_manager.core.episodes import evaluate_matrix
+from coevo_manager.core.evolution.fields import all_fields
 from coevo_manager.runs import evolve
 from coevo_manager.runs.options import read_options
 from coevo_manager.runs.run import make_plan
@@ -220,7 +220,7 @@ def test_predators_learn_in_the_quick_preset(start, tmp_path):
 def test_help_states_units_and_defaults(start):
     run = start(['coevo_manager', 'evolve', '--help'], {'COLUMNS': '300'})
     assert run.wait(30) == 0
-    for name, field in FIELDS.items():
+    for name, field in all_fields().items():
         option = f'--{name.replace("_", "-")} '
         (line,) = [x for x in run.stdout_text.split('\n  --') if f'--{x}'.startswith(option)]
         assert field.unit in line
@@ -234,7 +234,7 @@ def test_help_states_units_and_defaults(start):
         (['--population', '80', '--selected', '12'], 'power of two'),
         (['--population', 'many'], "evolve: population is 'many', expected a whole number from 2"),
         (['--mutation-rate', '1.5'], 'mutation_rate is 1.5, expected a number from 0 to 1'),
-        (['--algorithm', 'best'], "algorithm is 'best', expected one of hall_of_fame"),
+        (['--algorithm', 'best'], "algorithm is 'best', expected one of archive, "),
         (['--preset', 'slow'], 'invalid choice'),
         (['--generation', '5'], 'unrecognized arguments: --generation 5'),
         (['--evaluators', '-1'], 'evaluators is -1, expected a whole number from 0'),

@@ -27,6 +27,9 @@ GENOME_HELP = (
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
+_TRUTHS = {'true': True, 'false': False}
+
+
 class Parser(argparse.ArgumentParser):
     """A parser whose options have one name each and whose errors are one sentence."""
 
@@ -114,7 +117,7 @@ def add_option(
         if values.get(option.name, option.default) != option.default
     ]
     text = option.help + (f' ({"; ".join(facts)})' if facts else '')
-    kinds = {int: 'NUMBER', float: 'NUMBER', str: 'TEXT'}
+    kinds = {int: 'NUMBER', float: 'NUMBER', str: 'TEXT', bool: '{true,false}'}
     group.add_argument(
         f'--{option.name.replace("_", "-")}',
         **{
@@ -134,8 +137,8 @@ def reader(option: Option) -> Callable[[str], Any]:
         if option.optional and text == 'none':
             return None
         value: Any = text
-        with contextlib.suppress(ValueError):  # the check says what is wrong
-            value = option.kind(text)
+        with contextlib.suppress(ValueError, KeyError):  # the check says what is wrong
+            value = _TRUTHS[text] if option.kind is bool else option.kind(text)
         try:
             return option.check(value)
         except ValueError as error:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from coevo_manager.core.configuration import FIELDS, Configuration
+from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.environment import OPTIONS
 from coevo_manager.core.worlds import WORLDS
 
@@ -68,7 +68,8 @@ def assign(
     conditions: dict[Member, Condition] = {}
     for arena in dict.fromkeys(arenas.values()):
         members = [run for run in configurations if arenas[run] == arena]
-        rest = [name for name in FIELDS if name not in (*OWN, 'world', *OPTIONS)]
+        fields = dict.fromkeys(name for run in members for name in configurations[run].as_dict())
+        rest = [name for name in fields if name not in (*OWN, 'world', *OPTIONS)]
         labels = _label(
             {run: (_values(configurations[run], rest), names[run]) for run in members},
             lambda run: _readable(names[run]) or _algorithm(configurations[run]),
@@ -145,7 +146,8 @@ def _tells_apart(
 
 
 def _values(configuration: Configuration, names: Sequence[str]) -> dict[str, Any]:
-    return {name: getattr(configuration, name) for name in names}
+    values = configuration.as_dict()
+    return {name: values.get(name) for name in names}
 
 
 def _algorithm(configuration: Configuration) -> str:
@@ -167,8 +169,9 @@ def _setting(configuration: Configuration, differing: Sequence[str]) -> list[str
 def _phrases(configuration: Configuration, names: Sequence[str]) -> list[str]:
     """Say what some fields are, as in 'wall friction 0.25'."""
     found = []
-    for name in names:
-        value = getattr(configuration, name)
+    for name, value in configuration.as_dict().items():
+        if name not in names:
+            continue
         text = f'{value:g}' if isinstance(value, float) else str(value)
         found.append(f'{name.replace("_", " ")} {text}')
     return found

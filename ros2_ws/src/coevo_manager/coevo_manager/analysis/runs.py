@@ -12,7 +12,6 @@ from coevo_manager.analysis.conditions import Condition, assign, order
 from coevo_manager.analysis.logs import read_log
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.episodes import Environment
-from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.checkpoint import check_content
 from coevo_manager.core.evolution.run_folder import LOGS, read_record, read_run_json
 from coevo_manager.core.species import SPECIES
@@ -120,8 +119,7 @@ def read_run(folder: Path | str) -> Replication:
             f'{folder}: the snapshot of generation {missing[0]} is missing '
             f'({len(missing)} of {len(due)} are)'
         )
-    algorithm = algorithms.load(configuration.algorithm)(configuration)
-    check_content(folder, configuration, algorithm)
+    check_content(folder, configuration)
     return run
 
 

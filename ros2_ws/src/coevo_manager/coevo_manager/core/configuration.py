@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 from coevo_manager.core.environment import OPTIONS, Environment, make_environment
@@ -16,7 +17,8 @@ class Configuration:
 
     Each field is checked by itself; whether they go together is found by
     `coevo_manager.core.evolution.load_configuration`. The defaults are the world
-    ``faithful``.
+    ``faithful``. What the algorithm and the optimizer declare themselves is in ``parameters``, and
+    is read as if it were a field.
 
     Raises
     ------
@@ -91,44 +93,16 @@ class Configuration:
         'of those they descend from',
         choices=('ranked', 'evolved'),
     )
-    archive_share: float = described(
-        0.5,
-        'algorithm hall_of_fame: share of the opponents drawn from the archive; the others, and '
-        'those that a young archive lacks, are the fittest of the opposing population',
-        minimum=0.0,
-        maximum=1.0,
+    reevaluate_parents: bool = described(
+        False,
+        'each generation evaluates the agent again, beside its candidates, so that none owes its '
+        'place to luck',
     )
-
-    mutation: str = described(
-        'bernoulli',
-        'optimizer one_plus_one: each gene is redrawn with the mutation rate, or exactly that '
-        'share of the genes',
-        choices=('bernoulli', 'exact'),
-    )
-    mutation_rate: float = described(
-        0.02, 'optimizer one_plus_one: share of genes redrawn', minimum=0.0, maximum=1.0
-    )
-    cma_candidates: int = described(
-        20, 'optimizer cma_es: candidates a generation', 'genomes', minimum=4, maximum=10_000
-    )
-    cma_sigma: float = described(
-        0.5, 'optimizer cma_es: first step size, in genes', minimum=1e-6, maximum=10.0
-    )
-    openai_pairs: int = described(
-        10,
-        'optimizer openai_es: mirrored pairs of samples a generation',
-        'pairs',
-        minimum=1,
-        maximum=10_000,
-    )
-    openai_sigma: float = described(
-        0.2,
-        'optimizer openai_es: standard deviation of the samples, in genes',
-        minimum=1e-6,
-        maximum=10.0,
-    )
-    openai_step: float = described(
-        0.05, "optimizer openai_es: Adam's step size, in genes", minimum=0.0, maximum=10.0
+    optimizer_memory: str = described(
+        'dropped',
+        'what an optimizer learned of an individual (the moments of openai_es) is dropped at a '
+        "phase's end, or kept for the next phase in which it evolves",
+        choices=('dropped', 'kept'),
     )
 
     world: str = same_as(WORLD)
@@ -157,8 +131,16 @@ class Configuration:
     perturbed_robots: str = same_as(OPTIONS['perturbed_robots'])
     perturbation_seed: int = same_as(OPTIONS['perturbation_seed'])
 
+    parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
     def __post_init__(self) -> None:
         check_fields(self)
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self.__dict__['parameters'][name]
+        except KeyError:
+            raise AttributeError(f'a configuration has no {name!r}', name=name, obj=self) from None
 
     def make_environment(self) -> Environment:
         """Return the environment of every episode of the run."""
@@ -172,11 +154,11 @@ class Configuration:
 
     def as_dict(self) -> dict[str, Any]:
         """Return every field by name, in the order above."""
-        return {name: getattr(self, name) for name in FIELDS}
+        return {**{name: getattr(self, name) for name in FIELDS}, **self.parameters}
 
 
 FIELDS: dict[str, Option] = options_of(Configuration)
-"""Every field by name, with its type, default, limits, unit and help."""
+"""Every field that all runs have by name, with its type, default, limits, unit and help."""
 
 PRESETS: dict[str, dict[str, Any]] = {
     'quick': {'world': 'varied'},
@@ -188,8 +170,9 @@ cores, ``paper`` is one replication of Simione and Nolfi (2019), section 3."""
 
 def differences(ours: Configuration, theirs: Configuration) -> list[str]:
     """List the fields in which two configurations differ, as 'name: ours, theirs'."""
+    first, second = ours.as_dict(), theirs.as_dict()
     return [
-        f'{name}: {getattr(ours, name)}, {getattr(theirs, name)}'
-        for name in FIELDS
-        if getattr(ours, name) != getattr(theirs, name)
+        f'{name}: {first.get(name, "none")}, {second.get(name, "none")}'
+        for name in {**first, **second}
+        if name not in first or name not in second or first[name] != second[name]
     ]

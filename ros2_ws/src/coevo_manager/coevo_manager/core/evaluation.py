@@ -157,9 +157,16 @@ def all_pairs(species: str, ours: np.ndarray, theirs: np.ndarray) -> Batch:
         Episode ``i * m + j`` is that of ours i and theirs j.
     """
     index = np.indices((len(ours), len(theirs)), np.uint32).reshape(2, -1)
+    return some_pairs(species, ours, theirs, *index)
+
+
+def some_pairs(
+    species: str, ours: np.ndarray, theirs: np.ndarray, index: np.ndarray, opponent: np.ndarray
+) -> Batch:
+    """Return the episodes of ``ours[index[k]]`` against ``theirs[opponent[k]]``, for all k."""
     if species == 'predator':
-        return Batch(ours, theirs, index[0], index[1])
-    return Batch(theirs, ours, index[1], index[0])
+        return Batch(ours, theirs, index, opponent)
+    return Batch(theirs, ours, opponent, index)
 
 
 def evaluate_all(

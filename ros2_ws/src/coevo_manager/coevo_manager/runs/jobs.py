@@ -10,11 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from coevo_manager.core.configuration import (
-    FIELDS,
-    Configuration,
-    differences,
-)
+from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.documents import read_document
 from coevo_manager.core.evolution import (
     Evolution,
@@ -24,6 +20,7 @@ from coevo_manager.core.evolution import (
     load_configuration,
     read_configuration,
 )
+from coevo_manager.core.evolution.fields import all_fields
 from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.runs.status import Pace, StatusFile
@@ -153,7 +150,7 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
     A condition may have seeds of its own.
     """
     field = {'conditions': 'algorithm', 'environments': 'environment'}[key]
-    known = {*FIELDS, 'seeds'} if key == 'conditions' else FIELDS
+    known = {*all_fields(), *(['seeds'] if key == 'conditions' else [])}
     given = content.get(key, [default])
     if isinstance(given, list):
         given = {str(value): {field: value} for value in given}

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from coevo_manager.command_line import Parser, add_option
-from coevo_manager.core.configuration import FIELDS, PRESETS
+from coevo_manager.core.configuration import PRESETS
 from coevo_manager.core.documents import read_document
-from coevo_manager.core.evolution import algorithms, optimizers, read_record
+from coevo_manager.core.evolution import read_record
+from coevo_manager.core.evolution.fields import all_fields
 from coevo_manager.core.worlds import WORLDS
 from marxbot_sim.core.fields import Option
 
@@ -80,7 +81,7 @@ def read_options(arguments: Sequence[str]) -> Options:
     values = _read_file(given['config']) if given['config'] else {}
     if 'world' in given:
         values = {name: values[name] for name in values.keys() - _WORLD_SETTINGS}
-    values |= {name: given[name] for name in FIELDS if name in given}
+    values |= {name: given[name] for name in all_fields() if name in given}
     if given['resume'] is not None:
         for name in ('preset', 'config', 'out', 'print_config'):
             if given[name]:
@@ -97,14 +98,6 @@ def read_options(arguments: Sequence[str]) -> Options:
         given['evaluators'],
         given['patience'],
     )
-
-
-RUN_OPTIONS = {
-    **FIELDS,
-    'algorithm': dataclasses.replace(FIELDS['algorithm'], choices=tuple(algorithms.names())),
-    'optimizer': dataclasses.replace(FIELDS['optimizer'], choices=tuple(optimizers.names())),
-}
-"""The fields of a configuration, with the names of the plug-ins there are."""
 
 
 def _make_parser() -> Parser:
@@ -143,7 +136,7 @@ def _make_parser() -> Parser:
     add_option(run, PATIENCE)
     group = parser.add_argument_group('configuration')
     presets = {**PRESETS, **WORLDS}
-    for option in RUN_OPTIONS.values():
+    for option in all_fields().values():
         add_option(group, option, presets, default=argparse.SUPPRESS)
     return parser
 

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from coevo_manager.core.evolution import load_configuration
-from coevo_manager.runs.options import RUN_OPTIONS
+from coevo_manager.core.evolution.fields import all_fields
 
 _HEAD = """\
 # Settings of a run, for evolve --config FILE. A line that begins with '#' and a name shows what
@@ -19,7 +19,7 @@ _WIDTH = 96
 
 
 def make_template(values: Mapping[str, Any], preset: str) -> str:
-    """Return YAML that gives the values, and names every other field in a comment.
+    """Return YAML that gives the values, and names every other field of the run in a comment.
 
     Parameters
     ----------
@@ -34,10 +34,12 @@ def make_template(values: Mapping[str, Any], preset: str) -> str:
     """
     configuration = load_configuration(values, preset).as_dict()
     blocks = [_HEAD.format(preset=preset)]
-    for name, option in RUN_OPTIONS.items():
+    fields = all_fields()
+    for name in {**configuration, **values}:
+        option = fields[name]
         sentence = f'{option.help}: {option.expected}'
         lines = textwrap.wrap(sentence, _WIDTH, initial_indent='# ', subsequent_indent='# ')
         mark = '' if name in values else '#'
-        value = yaml.safe_dump({name: configuration[name]}).strip()
+        value = yaml.safe_dump({name: configuration.get(name, values.get(name))}).strip()
         blocks.append('\n'.join([*lines, mark + value]) + '\n')
     return '\n'.join(blocks)

@@ -14,6 +14,7 @@ from coevo_manager.core.configuration import (
 )
 from coevo_manager.core.environment import OPTIONS, Environment
 from coevo_manager.core.evolution import algorithms, load_configuration
+from coevo_manager.core.evolution.fields import all_fields
 from coevo_manager.core.evolution.loading import complete
 from coevo_manager.core.worlds import WORLDS
 from marxbot_sim.core.perturbations import Perturbations
@@ -102,7 +103,7 @@ def test_given_values_replace_those_of_the_preset():
 
 
 def test_every_field_is_documented():
-    for name, option in FIELDS.items():
+    for name, option in all_fields().items():
         assert option.help, name
     for values in (*PRESETS.values(), *WORLDS.values()):
         assert set(values) <= set(FIELDS)
@@ -111,9 +112,13 @@ def test_every_field_is_documented():
 @pytest.mark.parametrize('algorithm', algorithms.names())
 @pytest.mark.parametrize('population', [80, 20, 12, 7, 2])
 def test_the_default_of_selected_suits_every_algorithm(algorithm, population):
-    configuration = load_configuration({'algorithm': algorithm, 'population': population})
+    values = {'algorithm': algorithm, 'population': population, 'archive_lineages': 2}
+    configuration = load_configuration(values)
     expected = {80: 10, 20: 5, 12: 3, 7: 7, 2: 1}[population]
-    assert configuration.selected == (population if algorithm == 'vanilla' else expected)
+    everyone = algorithm not in (
+        'generalist_2025', 'hall_of_fame', 'random_opponents', 'simplified', 'standard'
+    )  # fmt: skip
+    assert configuration.selected == (population if everyone else expected)
 
 
 def test_a_configuration_survives_json():

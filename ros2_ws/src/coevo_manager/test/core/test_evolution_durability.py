@@ -194,7 +194,7 @@ def test_without_any_sound_checkpoint_nothing_is_touched(tmp_path):
 
 @pytest.mark.parametrize(
     'name',
-    ['generations.csv', 'phases.csv', 'snapshots/gen_000000.npz', 'snapshots/gen_000015.npz'],
+    ['generations.csv', 'hall_prey.bin', 'snapshots/gen_000000.npz', 'snapshots/gen_000015.npz'],
 )
 @pytest.mark.parametrize('damage', [truncate, flip_a_bit, Path.unlink])
 def test_damage_that_the_run_would_carry_on_is_refused(tmp_path, name, damage):
@@ -237,8 +237,8 @@ def resigned(path, **changes):
     [
         ({'prey': None}, "it lacks 'prey'"),
         ({'snapshots': None}, "it lacks 'snapshots'"),
-        ({'algorithm_hall_prey': None}, "it lacks 'hall_prey'"),
-        ({'algorithm_hall_prey': np.zeros((2, 3))}, r'hall_prey has shape \(2, 3\)'),
+        ({'hall_prey_size': None, 'hall_prey_sha256': None}, "it lacks 'hall_prey'"),
+        ({'prey_memory': np.zeros((2, 3))}, r'prey_memory has shape \(2, 3\)'),
         ({'prey': np.zeros((3, 442), np.float32)}, 'its populations are not of 16'),
         ({'capture_ticks': np.zeros((16, 16), np.int32)}, 'does not lie in 1 to 150'),
         ({'capture_ticks': np.ones((16, 16))}, 'of float64'),
@@ -313,10 +313,10 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path):
 
 def test_a_checkpoint_of_another_version_is_named(tmp_path, monkeypatch):
     folder = tmp_path / 'run'
-    monkeypatch.setattr(checkpoint, 'VERSION', 3)
+    monkeypatch.setattr(checkpoint, 'VERSION', 9)
     stop_after(folder, load_configuration(VALUES), 0)
     monkeypatch.undo()
-    with pytest.raises(RunFolderError, match='has format version 3, this program reads 2'):
+    with pytest.raises(RunFolderError, match='has format version 9, this program reads 3'):
         resume(folder)
 
 

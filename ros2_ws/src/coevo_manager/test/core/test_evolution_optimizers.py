@@ -124,7 +124,7 @@ def test_a_parent_is_left_alone():
     kept = parent.copy()
     for name in optimizers.names():
         optimizer = optimizers.load(name)(
-            parent, 0.0, load_configuration({}), np.random.default_rng(2)
+            parent, 0.0, load_configuration({'optimizer': name}), np.random.default_rng(2)
         )
         optimizer.tell(np.ones(len(optimizer.ask())))
         np.testing.assert_array_equal(parent, kept)

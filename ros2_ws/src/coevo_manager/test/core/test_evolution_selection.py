@@ -121,7 +121,8 @@ def test_vanilla_chooses_everyone(state):
     vanilla = algorithm('vanilla')
     opponents = vanilla.opponents(state, np.random.default_rng())
     np.testing.assert_array_equal(opponents.genomes, state.prey)
-    assert vanilla.agents(state.fitness('predator')[:, opponents.index]).tolist() == [*range(N)]
+    fitness = state.fitness('predator')[:, opponents.index]
+    assert vanilla.agents(fitness, np.random.default_rng()).tolist() == [*range(N)]
 
 
 def test_prey_that_evolve_meet_predators(state):
@@ -139,7 +140,8 @@ def test_agents_are_the_best_against_each_opponent(state, selection, expected):
     # Predator 0 is best against prey 3 (989) and prey 5 (898). The next best against prey 5 are
     # those with 500; predator 1 has 480, so that the lowest of them is 2.
     standard = algorithm('standard', selected=2, agent_selection=selection)
-    assert standard.agents(state.fitness('predator')[:, [3, 5]]).tolist() == expected
+    fitness = state.fitness('predator')[:, [3, 5]]
+    assert standard.agents(fitness, np.random.default_rng()).tolist() == expected
 
 
 def test_a_distinct_agent_with_no_fitness_is_still_one():

@@ -21,7 +21,7 @@ from coevo_manager.analysis.measures import statistics
 from coevo_manager.analysis.report.methods import METHODS, TABLES
 from coevo_manager.analysis.report.tables import Table
 from coevo_manager.analysis.study import Study
-from coevo_manager.core.configuration import FIELDS
+from coevo_manager.core.evolution.fields import all_fields
 from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.species import COLOURS, PLURAL
 
@@ -330,10 +330,10 @@ def _configuration(study: Study) -> dict[str, Any]:
         for each in study.conditions
     }
     rows = []
-    for name, option in FIELDS.items():
-        if name == 'seed':
+    for name, option in all_fields().items():
+        found = {label: str(own[name]) for label, own in values.items() if name in own}
+        if name == 'seed' or not found:
             continue
-        found = {label: str(configuration[name]) for label, configuration in values.items()}
         if len(set(found.values())) == 1:
             text = next(iter(found.values()))
         else:

@@ -14,29 +14,33 @@ class RunBudget:
     ----------
     first : int
         Episodes of the first evaluation: N x N, times those of each pair, as in all that follows.
-    overhead : int
-        Episodes of a phase outside its generations: the n evolved agents against the whole
-        opposing population, n x N, and the N incumbents against opponents from elsewhere.
     generation : int
-        Episodes of a generation: n agents, k candidates each, against n opponents.
+        Episodes of a generation: each agent's k candidates against n opponents, and the agent
+        where parents are evaluated again.
     """
 
     def __init__(self, configuration: Configuration) -> None:
         population, selected = configuration.population, configuration.selected
         candidates = optimizers.load(configuration.optimizer).candidates(configuration)
-        external = algorithms.load(configuration.algorithm).external_opponents
+        algorithm = algorithms.load(configuration.algorithm)
+        self._agents = algorithm.lineages(configuration)
+        self._incumbents = population if algorithm.external_opponents else 0
         self._configuration = configuration
         each = configuration.episodes_per_opponent
         self.first = population * population * each
-        self.overhead = selected * population * (2 if external else 1) * each
-        self.generation = selected * candidates * selected * each
+        candidates += configuration.reevaluate_parents
+        self.generation = self._agents * candidates * selected * each
 
-    def episodes(self, phases: int) -> int:
-        """Return the episodes of a run of that many whole phases."""
-        phase = self._configuration.generations * self.generation + self.overhead
-        return self.first + phases * phase
+    def overhead(self, rivals: int) -> int:
+        """Return the episodes of a phase outside its generations.
 
-    def generations_left(self, state: State) -> int:
+        The agents meet all rivals, n x N, and the N incumbents opponents from elsewhere.
+        """
+        configuration = self._configuration
+        episodes = self._agents * rivals + self._incumbents * configuration.selected
+        return episodes * configuration.episodes_per_opponent
+
+    def generations_left(self, state: State, rivals: int) -> int:
         """Return the length of the next phase, in generations; 0 when the run has ended.
 
         A phase is shortened where the budget of episodes demands it, and where the budget of
@@ -52,7 +56,7 @@ class RunBudget:
         ):
             if limit is not None:
                 episodes = (limit - spent) // longest
-                left = min(left, (episodes - self.overhead) // self.generation)
+                left = min(left, (episodes - self.overhead(rivals)) // self.generation)
         return max(left, 0)
 
     def progress(self, generation: int, episodes: int, ticks: int) -> float:
@@ -75,7 +79,7 @@ def check(configuration: Configuration) -> None:
             'phases is None, expected a number where neither episodes nor ticks is given'
         )
     costs = RunBudget(configuration)
-    least = costs.first + costs.overhead + costs.generation
+    least = costs.first + costs.overhead(configuration.population) + costs.generation
     for name, longest in (('episodes', 1), ('ticks', configuration.episode_ticks)):
         limit = getattr(configuration, name)
         if limit is not None and limit < least * longest:

@@ -13,17 +13,22 @@ import numpy as np
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm
 from coevo_manager.core.evolution.files import npz_bytes, write_whole
-from coevo_manager.core.evolution.seal import Seal
+from coevo_manager.core.evolution.loading import memory_size
+from coevo_manager.core.evolution.seal import Seal, log_name
 from coevo_manager.core.evolution.state import State
 from coevo_manager.core.species import SPECIES
 from neuro_controller.core.genome import check_genomes
-from neuro_controller.core.reading import ReadingError, read_arrays, reading
+from neuro_controller.core.reading import (
+    ReadingError,
+    opened,
+    read_arrays,
+    reading,
+)
 
-VERSION = 2
+VERSION = 3
 KEPT = 2
 """Checkpoints kept in a folder."""
 
-_LIMIT = 2**30  # bytes of an array: a hall of fame of 600,000 champions
 _COUNTERS = ('phase', 'generation', 'episodes', 'ticks')
 _ALGORITHM = 'algorithm_'
 
@@ -36,7 +41,7 @@ def save(
     folder: Path,
     configuration: Configuration,
     state: State,
-    algorithm: Algorithm,
+    algorithm: Mapping[str, np.ndarray],
     seal: Seal,
 ) -> None:
     """Write the checkpoint of a completed phase and drop all but the last two.
@@ -46,9 +51,10 @@ def save(
     folder : Path
     configuration : Configuration
     state : State
-    algorithm : Algorithm
+    algorithm : mapping
+        The algorithm's arrays.
     seal : Seal
-        Of the logs and snapshots that belong to it.
+        Of the logs, journals and snapshots that belong to it.
 
     Raises
     ------
@@ -62,9 +68,10 @@ def save(
         'prey': state.prey,
         'capture_ticks': state.capture_ticks,
         'evolving': np.array(state.evolving),
+        **{f'{species}_memory': state.memory[species] for species in SPECIES},
         **{name: np.int64(getattr(state, name)) for name in _COUNTERS},
         **seal.arrays(),
-        **{_ALGORITHM + name: array for name, array in algorithm.arrays().items()},
+        **{_ALGORITHM + name: array for name, array in algorithm.items()},
     }
     arrays['sha256'] = np.array(_digest(arrays))
     write_whole(folder / f'phase_{state.phase:06d}.npz', npz_bytes(arrays))
@@ -83,7 +90,7 @@ def newest_first(folder: Path) -> list[Path]:
     return sorted(paths, key=lambda path: (len(path.name), path.name), reverse=True)
 
 
-def load(path: Path, configuration: Configuration, algorithm: Algorithm) -> tuple[State, Seal]:
+def load(path: Path, configuration: Configuration) -> tuple[State, Seal, dict[str, np.ndarray]]:
     """Read a checkpoint.
 
     Parameters
@@ -91,19 +98,17 @@ def load(path: Path, configuration: Configuration, algorithm: Algorithm) -> tupl
     path : Path
     configuration : Configuration
         The run's; a checkpoint of another one is refused.
-    algorithm : Algorithm
-        Gets back its arrays.
 
     Returns
     -------
-    State, Seal
+    State, Seal, and the algorithm's arrays
 
     Raises
     ------
     ReadingError
         It is damaged or of another run; the seal is not compared with the files.
     """
-    arrays = read_arrays(path, limit=_LIMIT)
+    arrays = read_arrays(path)
     with reading(path):
         if arrays['version'] != VERSION:
             raise ReadingError(
@@ -113,14 +118,12 @@ def load(path: Path, configuration: Configuration, algorithm: Algorithm) -> tupl
             raise ValueError('its checksum does not match')
         if str(arrays['configuration']) != _identity(configuration):
             raise OtherRunError(f'{path} belongs to a run of another configuration')
-        algorithm.restore(
-            {
-                name.removeprefix(_ALGORITHM): array
-                for name, array in arrays.items()
-                if name.startswith(_ALGORITHM)
-            }
-        )
-        return _state(arrays, configuration), Seal.of(arrays)
+        own = {
+            name.removeprefix(_ALGORITHM): arrays.pop(name)
+            for name in list(arrays)
+            if name.startswith(_ALGORITHM)
+        }
+        return _state(arrays, configuration), Seal.of(arrays), own
 
 
 def _state(arrays: Mapping[str, np.ndarray], configuration: Configuration) -> State:
@@ -135,10 +138,15 @@ def _state(arrays: Mapping[str, np.ndarray], configuration: Configuration) -> St
         raise ValueError(f'capture_ticks does not lie in 1 to {longest}')
     if evolving not in SPECIES:
         raise ValueError(f'evolving is {reprlib.repr(evolving)}')
-    counters = [int(arrays[name]) for name in _COUNTERS]
-    if min(counters) < 0:
+    counters = {name: int(arrays[name]) for name in _COUNTERS}
+    if min(counters.values()) < 0:
         raise ValueError(f'one of {", ".join(_COUNTERS)} is negative')
-    return State(genomes[0], genomes[1], ticks, longest, evolving, *counters)
+    memory = {species: arrays[f'{species}_memory'] for species in SPECIES}
+    wanted = (size, memory_size(configuration))
+    for species, remembered in memory.items():
+        if remembered.shape != wanted or remembered.dtype != np.float64:
+            raise ValueError(f'{species}_memory has shape {remembered.shape}, expected {wanted}')
+    return State(genomes[0], genomes[1], ticks, longest, evolving, **counters, memory=memory)
 
 
 def find_sound(
@@ -147,7 +155,7 @@ def find_sound(
     algorithm: Algorithm,
     tell: Callable[[str], None] = lambda problem: None,
 ) -> tuple[State, Seal] | None:
-    """Find the newest checkpoint that is sound, as are the logs and snapshots that belong to it.
+    """Find the newest checkpoint that is sound, with all logs and snapshots that belong to it.
 
     Parameters
     ----------
@@ -156,7 +164,7 @@ def find_sound(
     configuration : Configuration
         The run's.
     algorithm : Algorithm
-        Gets back its arrays.
+        Gets back its arrays and journals.
     tell : callable
         Told of each checkpoint that is passed over.
 
@@ -172,8 +180,10 @@ def find_sound(
     problems: list[str] = []
     for path in newest_first(folder / 'checkpoint'):
         try:
-            state, seal = load(path, configuration, algorithm)
+            state, seal, arrays = load(path, configuration)
             seal.check(folder)
+            with reading(path):
+                algorithm.restore(arrays, _journals(folder, algorithm, seal))
             return state, seal
         except ReadingError as error:
             tell(f'{error}; trying the checkpoint before {path.name}')
@@ -184,8 +194,19 @@ def find_sound(
     return None
 
 
-def check_content(folder: Path, configuration: Configuration, algorithm: Algorithm) -> None:
-    """Compare a run's logs and snapshots with what its newest readable checkpoint vouches for.
+def _journals(folder: Path, algorithm: Algorithm, seal: Seal) -> dict[str, np.ndarray]:
+    """Read what a seal has found sound of an algorithm's journals."""
+    journals = {}
+    for name, kind in algorithm.journals.items():
+        if name not in seal.logs:
+            raise ValueError(f'it lacks {name!r}')
+        with opened(folder / log_name(name)) as file:
+            journals[name] = np.frombuffer(file.read(seal.logs[name][0]), kind)
+    return journals
+
+
+def check_content(folder: Path, configuration: Configuration) -> None:
+    """Compare a run's files with what its newest readable checkpoint vouches for.
 
     Raises
     ------
@@ -194,7 +215,7 @@ def check_content(folder: Path, configuration: Configuration, algorithm: Algorit
     """
     for path in newest_first(folder / 'checkpoint'):
         try:
-            _, seal = load(path, configuration, algorithm)
+            _, seal, _ = load(path, configuration)
         except OtherRunError:
             raise
         except ReadingError:

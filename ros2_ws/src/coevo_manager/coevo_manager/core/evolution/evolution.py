@@ -10,9 +10,9 @@ import numpy as np
 from coevo_manager.core.configuration import Configuration, differences
 from coevo_manager.core.evaluation import Evaluator, StoppedError, evaluate_all
 from coevo_manager.core.evolution import algorithms
-from coevo_manager.core.evolution.algorithm import Contest, Opponents
 from coevo_manager.core.evolution.budget import RunBudget
-from coevo_manager.core.evolution.loading import complete, remarks
+from coevo_manager.core.evolution.loading import complete, memory_size, remarks
+from coevo_manager.core.evolution.matchup import Opponents
 from coevo_manager.core.evolution.observation import (
     GenerationStats,
     Observer,
@@ -21,7 +21,6 @@ from coevo_manager.core.evolution.observation import (
 )
 from coevo_manager.core.evolution.phase import Generation, Phase, evolve
 from coevo_manager.core.evolution.randomness import generator
-from coevo_manager.core.evolution.ranking import replacements
 from coevo_manager.core.evolution.report import write_report
 from coevo_manager.core.evolution.run_folder import (
     RunFolder,
@@ -140,7 +139,7 @@ class Evolution:
             if self._state is None:
                 self.log('started')
                 self._state = self._first_state()
-            while generations := self._budget.generations_left(self._state):
+            while generations := self._generations_left(self._state):
                 self._run_phase(self._state, generations)
             self._folder.finish_saving()
             report = self._report(self._state)
@@ -174,7 +173,9 @@ class Evolution:
         """Draw both populations, evaluate everyone against everyone, and save."""
         predators, prey = self._first_populations()
         ticks = evaluate_all(self._evaluator, predators, prey, self._stop)
-        state = State(predators, prey, ticks, self.configuration.pair_ticks)
+        size = memory_size(self.configuration)
+        memory = {species: np.zeros((len(prey), size)) for species in SPECIES}
+        state = State(predators, prey, ticks, self.configuration.pair_ticks, memory=memory)
         self._add_cost(state, ticks)
         for species in SPECIES:
             self._algorithm.remember(state, species)
@@ -191,21 +192,12 @@ class Evolution:
     def _run_phase(self, state: State, generations: int) -> None:
         """Evolve one species for one phase, choose who stays, swap where due, and save."""
         configuration, species = self.configuration, state.evolving
-        opponents = self._algorithm.opponents(
-            state, generator(configuration.seed, 'opponents', state.phase + 1)
-        )
-        against = self._fitness_against(state, opponents)
-        training = against.sum(axis=1, dtype=np.int64)
-        chosen = self._algorithm.agents(against)
-        phase = Phase(
-            state.phase + 1,
-            species,
-            generations,
-            state.genomes(species)[chosen],
-            training[chosen],
-            opponents.genomes,
-            state.genomes(OTHER[species]),
-        )
+        rng = generator(configuration.seed, 'opponents', state.phase + 1)
+        opponents = self._algorithm.opponents(state, rng)
+        fitness = self._fitness_against(state, opponents)
+        agents = self._algorithm.start(state, fitness, rng)
+        rivals = self._algorithm.rivals(state)
+        phase = Phase(state.phase + 1, species, generations, agents, opponents, rivals)
         before = state.generation
         log: list[GenerationStats] = []
         means = tuple(state.mean_fitness(species) for species in SPECIES)
@@ -217,25 +209,14 @@ class Evolution:
             lambda generation: log.append(self._count(state, phase, generation, means)),
         )
         self._add_cost(state, evolved.capture_ticks)
-        if configuration.replacement == 'evolved':
-            places, retained = chosen, np.arange(len(chosen))
-        else:
-            new = fitness_of(species, evolved.capture_ticks, state.pair_ticks)
-            contest = Contest(
-                np.concatenate((state.fitness(species), new)),
-                np.concatenate((training, evolved.training)),
-                state.pair_ticks,
-            )
-            scores = self._algorithm.scores(contest)
-            places, retained = replacements(scores, configuration.population)
-        state.replace(places, evolved.genomes[retained], evolved.capture_ticks[retained])
+        retained = self._algorithm.settle(state, agents, fitness, evolved)
         state.phase = phase.number
         self._algorithm.remember(state, species)
         if _crossed(before, state.generation, configuration.swap_generations):
             state.evolving = OTHER[species]
-        last = not self._budget.generations_left(state)
+        last = not self._generations_left(state)
         due = _crossed(before, state.generation, configuration.snapshot_generations)
-        self._save(state, log, species, len(retained), snapshot=due or last)
+        self._save(state, log, species, retained, snapshot=due or last)
 
     def _count(
         self, state: State, phase: Phase, generation: Generation, means: tuple[float, ...]
@@ -261,11 +242,13 @@ class Evolution:
         self._observe(stats)
         return stats
 
-    def _fitness_against(self, state: State, opponents: Opponents) -> np.ndarray:
-        """Return the incumbents' fitness against the opponents, (N, m), in ticks."""
+    def _fitness_against(self, state: State, opponents: Opponents) -> np.ndarray | None:
+        """Return the incumbents' fitness against the opponents, (N, m), in ticks, if wanted."""
         species = state.evolving
         if opponents.index is not None:
             return state.fitness(species)[:, opponents.index]
+        if not self._algorithm.external_opponents:
+            return None
         ours, theirs = state.genomes(species), opponents.genomes
         if species == 'predator':
             ticks = evaluate_all(self._evaluator, ours, theirs, self._stop)
@@ -295,7 +278,7 @@ class Evolution:
             retained,
             state.episodes,
             state.ticks,
-            self._progress(state) if self._budget.generations_left(state) else 1.0,
+            self._progress(state) if self._generations_left(state) else 1.0,
         )
         self._folder.save(self.configuration, state, self._algorithm, generations, stats, snapshot)
         self.log(f'completed phase {state.phase}, generation {state.generation}')
@@ -314,6 +297,9 @@ class Evolution:
         report = write_report(self.configuration, state, *ticks)
         self._folder.save_report(report)
         return report
+
+    def _generations_left(self, state: State) -> int:
+        return self._budget.generations_left(state, len(self._algorithm.rivals(state)))
 
     def _progress(self, state: State) -> float:
         return self._budget.progress(state.generation, state.episodes, state.ticks)

@@ -58,28 +58,29 @@ def npz_bytes(arrays: Mapping[str, np.ndarray | np.generic]) -> bytes:
 
 
 class DurableLog:
-    """A text file that grows by whole blocks.
+    """A file that grows by whole blocks.
 
     Parameters
     ----------
     path : Path
-    header : str
-        First line, written when the file is new or cut to nothing.
+    header : bytes
+        What it begins with, written when the file is new or cut to nothing.
     size : int
         Bytes to keep of an existing file, which has as many; the rest is cut.
     """
 
-    def __init__(self, path: Path, header: str, size: int) -> None:
+    def __init__(self, path: Path, header: bytes, size: int) -> None:
         self._descriptor = os.open(path, os.O_RDWR | OWN, 0o666)
         os.ftruncate(self._descriptor, size)
         self.size = size
         self._hash = hashlib.sha256(os.pread(self._descriptor, size, 0))
         if not size:
-            self.append(header + '\n')
+            self.append(header)
 
-    def append(self, text: str) -> None:
-        """Add text and flush it to the disk; an OSError leaves the file as it was."""
-        content = text.encode()
+    def append(self, content: bytes) -> None:
+        """Add content and flush it to the disk; an OSError leaves the file as it was."""
+        if not content:
+            return
         try:
             written = 0
             while written < len(content):

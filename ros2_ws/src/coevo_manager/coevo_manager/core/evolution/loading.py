@@ -9,9 +9,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from coevo_manager.core.configuration import FIELDS, PRESETS, Configuration
-from coevo_manager.core.evolution import algorithms, budget
+from coevo_manager.core.evolution import algorithms, budget, optimizers
+from coevo_manager.core.evolution.fields import all_fields, own_fields
 from coevo_manager.core.worlds import WORLD, WORLDS
 from marxbot_sim.core.fields import check_choice
+from neuro_controller.core.genome import GENES
 
 
 def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
@@ -20,7 +22,8 @@ def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Conf
     Parameters
     ----------
     values : mapping
-        Fields of `Configuration` by name.
+        Fields of `Configuration` and of plug-ins by name; those of plug-ins that the run does not
+        use are checked and left out.
     preset : str
         One of `PRESETS`.
 
@@ -31,21 +34,28 @@ def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Conf
         sentence.
     """
     check_choice('preset', preset, PRESETS)
-    unknown = [key for key in values if key not in FIELDS]
+    fields = all_fields()
+    unknown = [key for key in values if key not in fields]
     if unknown:
         keys, are = ('key', 'is') if len(unknown) == 1 else ('keys', 'are')
         raise ValueError(
             f'configuration {keys} {", ".join(map(_name, unknown[:5]))} {are} unknown, '
-            f'expected some of {", ".join(FIELDS)}'
+            f'expected some of {", ".join(fields)}'
         )
     world = WORLD.check(values.get('world', PRESETS[preset]['world']))
     chosen = {**PRESETS[preset], **WORLDS[world], **values}
     algorithm = algorithms.load(chosen.get('algorithm', FIELDS['algorithm'].default))
-    return complete(Configuration(**{**algorithm.defaults, **chosen}))
+    chosen = {**algorithm.defaults, **chosen}
+    parameters = {n: fields[n].check(chosen[n]) for n in chosen if n not in FIELDS}
+    own = {name: value for name, value in chosen.items() if name in FIELDS}
+    return complete(Configuration(**own, parameters=parameters))
 
 
 def complete(configuration: Configuration) -> Configuration:
-    """Return the configuration with n chosen where it is 0, after checking it as a whole.
+    """Return the configuration with what was left open, after checking it as a whole.
+
+    Where n is 0 the algorithm chooses it; of ``parameters`` those are kept and completed that the
+    algorithm and the optimizer declare.
 
     Raises
     ------
@@ -54,6 +64,12 @@ def complete(configuration: Configuration) -> Configuration:
     """
     algorithm = algorithms.load(configuration.algorithm)
     population = configuration.population
+    given, own = (
+        configuration.parameters,
+        own_fields(configuration.algorithm, configuration.optimizer),
+    )
+    parameters = {name: given.get(name, option.default) for name, option in own.items()}
+    configuration = dataclasses.replace(configuration, parameters=parameters)
     if not configuration.selected:
         configuration = dataclasses.replace(
             configuration, selected=algorithm.default_selected(population)
@@ -70,6 +86,13 @@ def complete(configuration: Configuration) -> Configuration:
     algorithm.check(configuration)
     budget.check(configuration)
     return configuration
+
+
+def memory_size(configuration: Configuration) -> int:
+    """Return how many numbers the optimizer's memory of an individual has."""
+    if configuration.optimizer_memory == 'dropped':
+        return 0
+    return optimizers.load(configuration.optimizer).memory_size(GENES)
 
 
 def remarks(configuration: Configuration, phases: int | None) -> list[str]:

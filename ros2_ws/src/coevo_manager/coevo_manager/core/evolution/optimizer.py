@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import abc
+from typing import ClassVar
 
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.mutation import Mutation
+from marxbot_sim.core.fields import Option
 
 
 class Optimizer(abc.ABC):
-    """Improves one genome against fixed opponents; it lives for one phase.
+    """Improves one genome against the opponents of a phase; it lives for that phase.
 
     Parameters
     ----------
@@ -22,13 +24,22 @@ class Optimizer(abc.ABC):
     configuration : Configuration
     rng : Generator
         The only source of its random draws.
+    memory : float64 (memory_size,), optional
+        What an optimizer learned that evolved this genome before; all zeros from one that did not
+        begin yet. Given only where there is something to remember.
 
     Attributes
     ----------
+    parameters : tuple of Option
+        The optimizer's own fields of a configuration.
     best : float32 (genes,)
-        The fittest genome known; the newest of equal ones.
+        The evolved agent: the fittest genome known, the newest of equal ones, where the optimizer
+        does not say otherwise.
     best_fitness : float
+        Of ``best``, or of what it is judged by.
     """
+
+    parameters: ClassVar[tuple[Option, ...]] = ()
 
     def __init__(
         self,
@@ -44,6 +55,33 @@ class Optimizer(abc.ABC):
     @abc.abstractmethod
     def candidates(configuration: Configuration) -> int:
         """Return the number k of candidates a generation."""
+
+    @classmethod
+    def groups(cls, configuration: Configuration) -> np.ndarray:
+        """Return a number for each candidate, int (k,): equal ones must meet equal opponents."""
+        return np.zeros(cls.candidates(configuration), np.int64)
+
+    @staticmethod
+    def compares_generations(configuration: Configuration) -> bool:
+        """Tell whether fitness is compared with that of former generations."""
+        del configuration
+        return True
+
+    @staticmethod
+    def memory_size(genes: int) -> int:
+        """Return how many numbers the optimizer remembers of an individual; 0 where none."""
+        del genes
+        return 0
+
+    @property
+    def memory(self) -> np.ndarray:
+        """What another optimizer needs to go on from `position`, float64 (memory_size,)."""
+        return np.zeros(0)
+
+    @property
+    def position(self) -> np.ndarray:
+        """Where the search would go on, float32 (genes,)."""
+        return self.best.copy()
 
     @abc.abstractmethod
     def ask(self) -> np.ndarray:

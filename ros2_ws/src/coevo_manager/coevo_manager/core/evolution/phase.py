@@ -14,8 +14,16 @@ from collections.abc import Callable
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evaluation import Batch, Evaluator, Lineage, all_pairs, next_answer
+from coevo_manager.core.evaluation import (
+    Batch,
+    Evaluator,
+    Lineage,
+    all_pairs,
+    next_answer,
+    some_pairs,
+)
 from coevo_manager.core.evolution import optimizers
+from coevo_manager.core.evolution.matchup import Agents, Draw, Evolved, Meeting, Opponents
 from coevo_manager.core.evolution.optimizer import Optimizer
 from coevo_manager.core.evolution.randomness import generator
 from coevo_manager.core.evolution.state import fitness_of
@@ -39,20 +47,17 @@ class Phase:
         The evolving one.
     generations : int
         Length of the phase.
-    agents : float32 (n, 442)
-    training : int64 (n,)
-        The agents' fitness summed over the opponents, in ticks.
-    opponents : float32 (m, 442)
-    rivals : float32 (N, 442)
-        The opposing population, which every agent meets when it has evolved.
+    agents : Agents
+    opponents : Opponents
+    rivals : float32 (rivals, 442)
+        Whom every agent meets when it has evolved: the opposing population.
     """
 
     number: int
     species: str
     generations: int
-    agents: np.ndarray
-    training: np.ndarray
-    opponents: np.ndarray
+    agents: Agents
+    opponents: Opponents
     rivals: np.ndarray
 
 
@@ -77,24 +82,6 @@ class Generation:
     ticks: int
 
 
-@dataclasses.dataclass(frozen=True)
-class Evolved:
-    """What a phase has made of its agents.
-
-    Attributes
-    ----------
-    genomes : float32 (n, 442)
-    training : int64 (n,)
-        Their fitness summed over the opponents, in ticks.
-    capture_ticks : int32 (n, N)
-        Of their episodes against the rivals.
-    """
-
-    genomes: np.ndarray
-    training: np.ndarray
-    capture_ticks: np.ndarray
-
-
 class _Agent:
     """One agent: what it wants to have played next, and how far it has come."""
 
@@ -103,46 +90,77 @@ class _Agent:
     ) -> None:
         self.index = index
         self.completed = 0
-        self.training = int(phase.training[index])
+        self.training = int(phase.agents.training[index])
+        self.optimizer = optimizer
+        self.meetings: list[Meeting] = []
         self._phase = phase
-        self._optimizer = optimizer
-        self._candidates = optimizer.candidates(configuration)
-        self._most = len(phase.opponents) * configuration.pair_ticks
+        self._reevaluates = configuration.reevaluate_parents
+        self._groups = optimizer.groups(configuration)
+        if self._reevaluates:
+            self._groups = np.append(self._groups[:1], self._groups)
+        self._most = phase.opponents.number * configuration.pair_ticks
 
     @property
     def genome(self) -> np.ndarray:
         """The agent as it is now, float32 (442,)."""
-        return self._optimizer.best
+        return self.optimizer.best
 
     def next_work(self, longest_lineage: int) -> Batch | Lineage:
         """Return the next generations of its lineage, or the candidates of one generation."""
         species, opponents = self._phase.species, self._phase.opponents
+        if opponents.draw is not None:
+            return self._against_drawn(opponents.draw)
+        if self._reevaluates:
+            return all_pairs(species, self._candidates(), opponents.genomes)
         left = self._phase.generations - self.completed
         share = max(math.ceil(left * SHARE), min(SHORTEST_SHARE, left))
-        mutations = self._optimizer.mutations(min(share, longest_lineage))
+        mutations = self.optimizer.mutations(min(share, longest_lineage))
         if mutations is None:
-            return all_pairs(species, self._optimizer.ask(), opponents)
+            return all_pairs(species, self._candidates(), opponents.genomes)
         genes, values = zip(*mutations, strict=True)
         return Lineage(
             species,
             self.genome.copy(),
             fitness_of(species, self.training, self._most),
-            opponents,
+            opponents.genomes,
             np.array([len(redrawn) for redrawn in genes], np.uint32),
             np.concatenate(genes).astype(np.uint32),
             np.concatenate(values),
         )
 
+    def _candidates(self) -> np.ndarray:
+        """Return the genomes of the next generation, the agent itself first where it is due."""
+        asked = self.optimizer.ask()
+        return np.concatenate((self.genome[np.newaxis], asked)) if self._reevaluates else asked
+
+    def _against_drawn(self, draw: Draw) -> Batch:
+        """Return the candidates of one generation against the opponents drawn for each."""
+        drawn = draw(self.index, self.completed, int(self._groups.max()) + 1)
+        self._met = drawn[self._groups]
+        used, opponent = np.unique(self._met, return_inverse=True)
+        candidate = np.repeat(np.arange(len(self._met), dtype=np.uint32), self._met.shape[1])
+        return some_pairs(
+            self._phase.species,
+            self._candidates(),
+            self._phase.opponents.genomes[used],
+            candidate,
+            opponent.ravel().astype(np.uint32),
+        )
+
     def take(self, capture_ticks: np.ndarray, journal: _Journal) -> None:
         """Go on by the generations whose episodes were played."""
-        opponents = len(self._phase.opponents)
-        episodes = capture_ticks.reshape(-1, self._candidates, opponents)
+        species, opponents = self._phase.species, self._phase.opponents
+        episodes = capture_ticks.reshape(-1, len(self._groups), opponents.number)
         totals = episodes.sum(axis=2, dtype=np.int64)
         accepted, best = [], []
-        for fitness in fitness_of(self._phase.species, totals, self._most) / self._most:
-            accepted.append(self._optimizer.tell(fitness))
-            best.append(self._optimizer.best_fitness)
-        self.training = round(self._optimizer.best_fitness * self._most)
+        for fitness in fitness_of(species, totals, self._most) / self._most:
+            if self._reevaluates:
+                self.optimizer.best_fitness, fitness = float(fitness[0]), fitness[1:]
+            accepted.append(self.optimizer.tell(fitness))
+            best.append(self.optimizer.best_fitness)
+        if opponents.draw is not None:
+            self.meetings.append(Meeting(self.genome.copy(), self._met, episodes[0]))
+        self.training = round(self.optimizer.best_fitness * self._most)
         first, self.completed = self.completed, self.completed + len(totals)
         done = slice(first, self.completed)
         journal.fitness[done, self.index] = best
@@ -220,19 +238,26 @@ def evolve(
             journal.tell(min(agent.completed for agent in agents), on_generation)
         else:
             capture_ticks[agent.index] = ticks
+    remembered = phase.agents.memory.shape[1]
     return Evolved(
         np.array([agent.genome for agent in agents]),
         np.array([agent.training for agent in agents]),
         capture_ticks,
+        np.array([agent.optimizer.memory[:remembered] for agent in agents]),
+        np.array([agent.optimizer.position for agent in agents]),
+        [agent.meetings for agent in agents],
     )
 
 
 def _make_agents(phase: Phase, configuration: Configuration) -> list[_Agent]:
-    most = len(phase.opponents) * configuration.pair_ticks
+    most = phase.opponents.number * configuration.pair_ticks
     kind = optimizers.load(configuration.optimizer)
     agents = []
-    for index, (genome, training) in enumerate(zip(phase.agents, phase.training, strict=True)):
+    for index, (genome, training, memory) in enumerate(
+        zip(phase.agents.genomes, phase.agents.training, phase.agents.memory, strict=True)
+    ):
         rng = generator(configuration.seed, 'agent', phase.number, index)
-        optimizer = kind(genome, training / most, configuration, rng)
+        learned = (memory,) if memory.size else ()
+        optimizer = kind(genome, training / most, configuration, rng, *learned)
         agents.append(_Agent(phase, index, optimizer, configuration))
     return agents

@@ -8,7 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-_PURPOSES = ('first predators', 'first prey', 'opponents', 'agent')
+_PURPOSES = (
+    'first predators',
+    'first prey',
+    'opponents',
+    'agent',
+    'drawn opponents',
+    'leaving',
+)
 
 
 def generator(seed: int, purpose: str, *path: int) -> np.random.Generator:
@@ -19,10 +26,11 @@ def generator(seed: int, purpose: str, *path: int) -> np.random.Generator:
     seed : int
         The run's seed.
     purpose : str
-        ``'first predators'``, ``'first prey'``, ``'opponents'`` of a phase, or ``'agent'`` of a
-        phase.
+        ``'first predators'``, ``'first prey'``, ``'opponents'`` of a phase, ``'agent'`` of a
+        phase, ``'drawn opponents'`` of an agent in a generation of a phase, or ``'leaving'`` an
+        archive in a generation of a phase.
     path : int
-        Phase, agent.
+        Phase, agent, generation of the phase from 0, as far as the purpose has them.
     """
     key = (_PURPOSES.index(purpose), *path)
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=key)))

@@ -34,7 +34,7 @@ from coevo_manager.core.evolution.files import (
 )
 from coevo_manager.core.evolution.loading import load_configuration
 from coevo_manager.core.evolution.observation import GenerationStats, PhaseStats
-from coevo_manager.core.evolution.seal import Seal, snapshot_name
+from coevo_manager.core.evolution.seal import Seal, log_name, snapshot_name
 from coevo_manager.core.evolution.state import State
 from neuro_controller.core.reading import ReadingError, parse_json, read_text, reading
 from neuro_controller.core.settings import FIRST_RUNS
@@ -231,10 +231,10 @@ class RunFolder:
             for leftover in self.path.rglob('*' + TEMPORARY):
                 leftover.unlink()
         if sound is None:
-            self._open_logs(dict.fromkeys(LOGS, 0))
+            self._open_logs(dict.fromkeys((*LOGS, *algorithm.journals), 0))
             return None
         state, seal = sound
-        self._open_logs({name: size for name, (size, _) in seal.logs.items()})
+        self._open_logs({name: seal.logs[name][0] for name in (*LOGS, *algorithm.journals)})
         self._snapshots = seal.snapshots
         checkpoint.drop_old(self.path / 'checkpoint')
         self.log(f'resumed after phase {state.phase}, generation {state.generation}')
@@ -259,7 +259,7 @@ class RunFolder:
             That could not be written; the folder is as it was before it.
         """
         self.finish_saving()
-        state, algorithm = copy.deepcopy((state, algorithm))
+        state, arrays, news = copy.deepcopy(state), algorithm.arrays(), algorithm.news()
         logged: dict[str, tuple[GenerationStats | PhaseStats, ...]] = {
             'generations': tuple(generations),
             'phases': (phase,),
@@ -268,13 +268,17 @@ class RunFolder:
         def write() -> None:
             for name, rows in logged.items():
                 with self._writing(f'{name}.csv'):
-                    self._logs[name].append(''.join(_row(stats, LOGS[name]) for stats in rows))
+                    text = ''.join(_row(stats, LOGS[name]) for stats in rows)
+                    self._logs[name].append(text.encode())
+            for name, content in news.items():
+                with self._writing(log_name(name)):
+                    self._logs[name].append(content)
             if snapshot:
                 self._save_snapshot(state)
             logs = {name: (log.size, log.sha256) for name, log in self._logs.items()}
             seal = Seal(logs, self._snapshots)
             with self._writing('checkpoint'):
-                checkpoint.save(self.path / 'checkpoint', configuration, state, algorithm, seal)
+                checkpoint.save(self.path / 'checkpoint', configuration, state, arrays, seal)
 
         self._saving = self._writer.submit(write)
 
@@ -330,10 +334,9 @@ class RunFolder:
 
     def _open_logs(self, sizes: dict[str, int]) -> None:
         with self._writing('logs'):
-            for name, columns in LOGS.items():
-                self._logs[name] = DurableLog(
-                    self.path / f'{name}.csv', ','.join(columns), sizes[name]
-                )
+            for name, size in sizes.items():
+                header = f'{",".join(LOGS[name])}\n'.encode() if name in LOGS else b''
+                self._logs[name] = DurableLog(self.path / log_name(name), header, size)
 
     @contextlib.contextmanager
     def _writing(self, name: str) -> Iterator[None]:

@@ -15,6 +15,11 @@ LOGS = ('generations', 'phases')
 """Names of a run's logs, without their suffix."""
 
 
+def log_name(name: str) -> str:
+    """Return the file of a log, or of a journal of the algorithm."""
+    return f'{name}.csv' if name in LOGS else f'{name}.bin'
+
+
 @dataclass
 class Seal:
     """Sizes and SHA-256 of files.
@@ -22,7 +27,7 @@ class Seal:
     Attributes
     ----------
     logs : dict of str to (int, bytes)
-        How many bytes of NAME.csv belong to the run, and their hash.
+        How many bytes of each log and journal belong to the run, and their hash.
     snapshots : dict of int to bytes
         The hash of each snapshot, by its generation.
     """
@@ -46,10 +51,12 @@ class Seal:
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Seal:
         """Return the seal in a checkpoint's arrays."""
         generations, hashes = arrays['snapshots'].tolist(), arrays['snapshots_sha256']
+        sizes = [name for name in arrays if name.endswith('_size')]
+        names = {*LOGS, *(name.removesuffix('_size') for name in sizes)}
         return cls(
             {
                 name: (int(arrays[f'{name}_size']), arrays[f'{name}_sha256'].tobytes())
-                for name in LOGS
+                for name in sorted(names)
             },
             {g: row.tobytes() for g, row in zip(generations, hashes, strict=True)},
         )
@@ -63,7 +70,7 @@ class Seal:
             One of them is missing, or is not what the run wrote.
         """
         for name, (size, digest) in self.logs.items():
-            _check(folder / f'{name}.csv', size, digest)
+            _check(folder / log_name(name), size, digest)
         for generation, digest in self.snapshots.items():
             _check(folder / snapshot_name(generation), None, digest)
 

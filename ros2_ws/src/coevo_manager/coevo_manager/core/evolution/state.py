@@ -7,6 +7,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from coevo_manager.core.species import SPECIES
+
 Ticks = TypeVar('Ticks', np.ndarray, int)
 
 
@@ -29,6 +31,8 @@ class State:
         Completed phases and generations.
     episodes, ticks : int
         Cost so far.
+    memory : dict of str to float64 (N, size)
+        What the optimizers remember of each individual, by species.
     """
 
     predators: np.ndarray
@@ -40,6 +44,11 @@ class State:
     generation: int = 0
     episodes: int = 0
     ticks: int = 0
+    memory: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.memory:
+            self.memory = {species: np.zeros((len(self.prey), 0)) for species in SPECIES}
 
     def genomes(self, species: str) -> np.ndarray:
         """Return a species' genomes, float32 (N, 442)."""
@@ -60,7 +69,9 @@ class State:
         fitness = self.fitness(species)
         return int(fitness.sum(dtype=np.int64)) / (fitness.size * self.pair_ticks)
 
-    def replace(self, places: np.ndarray, genomes: np.ndarray, ticks: np.ndarray) -> None:
+    def replace(
+        self, places: np.ndarray, genomes: np.ndarray, ticks: np.ndarray, memory: np.ndarray
+    ) -> None:
         """Put new individuals of the evolving species in places of old ones.
 
         Parameters
@@ -69,7 +80,10 @@ class State:
         genomes : float32 (k, 442)
         ticks : int32 (k, N)
             Their capture ticks against the opposing population.
+        memory : float64 (k, size)
+            What their optimizers remember.
         """
+        self.memory[self.evolving][places] = memory
         self.genomes(self.evolving)[places] = genomes
         self._rows(self.evolving)[places] = ticks
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
+from coevo_manager.core.evolution.algorithm import Algorithm, Contest
+from coevo_manager.core.evolution.archive import GENOME, Archive
+from coevo_manager.core.evolution.matchup import Opponents
 from coevo_manager.core.evolution.selection import fittest
 from coevo_manager.core.evolution.state import State
 from coevo_manager.core.species import OTHER, SPECIES
-from neuro_controller.core.genome import check_genomes
+from marxbot_sim.core.fields import Option
 
 
 class HallOfFame(Algorithm):
@@ -21,21 +26,32 @@ class HallOfFame(Algorithm):
     """
 
     external_opponents = True
+    journals: ClassVar = {f'hall_{species}': GENOME for species in SPECIES}
+    parameters: ClassVar = (
+        Option(
+            'archive_share',
+            float,
+            0.5,
+            'share of the opponents drawn from the archive; the others, and those that a young '
+            'archive lacks, are the fittest of the opposing population',
+            minimum=0.0,
+            maximum=1.0,
+        ),
+    )
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__(configuration)
-        self._halls: dict[str, list[np.ndarray]] = {species: [] for species in SPECIES}
+        self._halls = {species: Archive() for species in SPECIES}
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Sample the hall of fame without replacement; fill up with the fittest of today."""
         species = OTHER[state.evolving]
-        hall = self._halls[species]
+        hall = self._halls[species].genomes
         wanted = round(self.configuration.archive_share * self.configuration.selected)
         drawn = rng.permutation(len(hall))[:wanted]
         fitness = state.fitness(species).sum(axis=1, dtype=np.int64)
         today = fittest(fitness, self.configuration.selected - len(drawn))
-        champions = [hall[i] for i in drawn]
-        return Opponents(np.array([*champions, *state.genomes(species)[today]]))
+        return Opponents(np.concatenate((hall[drawn], state.genomes(species)[today])))
 
     def scores(self, contest: Contest) -> np.ndarray:
         """Sum fitness over the phase's opponents."""
@@ -44,15 +60,15 @@ class HallOfFame(Algorithm):
     def remember(self, state: State, species: str) -> None:
         """Add the species' champion to its hall of fame."""
         fitness = state.fitness(species).sum(axis=1, dtype=np.int64)
-        self._halls[species].append(state.genomes(species)[fitness.argmax()].copy())
+        champion = state.genomes(species)[[fitness.argmax()]]
+        self._halls[species].add(champion)
+        self.note(f'hall_{species}', champion)
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Return both halls, float32 (champions, 442)."""
-        return {f'hall_{species}': np.array(hall) for species, hall in self._halls.items()}
-
-    def restore(self, arrays: dict[str, np.ndarray]) -> None:
+    def restore(
+        self, arrays: Mapping[str, np.ndarray], journals: Mapping[str, np.ndarray]
+    ) -> None:
         """Take back both halls."""
         self._halls = {
-            species: list(check_genomes(arrays[f'hall_{species}'], f'hall_{species}'))
+            species: Archive.of(journals[f'hall_{species}'], f'hall_{species}')
             for species in SPECIES
         }

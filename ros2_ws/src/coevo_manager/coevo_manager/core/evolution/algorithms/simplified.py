@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
+from coevo_manager.core.evolution.algorithm import Algorithm, Contest
+from coevo_manager.core.evolution.matchup import Opponents
 from coevo_manager.core.evolution.selection import fittest
 from coevo_manager.core.evolution.state import State
 from coevo_manager.core.species import OTHER

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
+from coevo_manager.core.evolution.algorithm import Algorithm, Contest
+from coevo_manager.core.evolution.matchup import Opponents
 from coevo_manager.core.evolution.selection import cluster, fittest_of_groups
 from coevo_manager.core.evolution.state import State
 from coevo_manager.core.species import OTHER

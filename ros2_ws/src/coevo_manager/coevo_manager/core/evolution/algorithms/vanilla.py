@@ -7,7 +7,8 @@ from typing import ClassVar
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.algorithm import Algorithm, Contest, Opponents
+from coevo_manager.core.evolution.algorithm import Algorithm, Contest
+from coevo_manager.core.evolution.matchup import Opponents
 from coevo_manager.core.evolution.state import State
 from coevo_manager.core.species import OTHER
 
@@ -41,7 +42,7 @@ class Vanilla(Algorithm):
         genomes = state.genomes(OTHER[state.evolving])
         return Opponents(genomes, np.arange(len(genomes)))
 
-    def agents(self, fitness: np.ndarray) -> np.ndarray:
+    def agents(self, fitness: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Take the whole evolving population."""
         return np.arange(len(fitness))
 

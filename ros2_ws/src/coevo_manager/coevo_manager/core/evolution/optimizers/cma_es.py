@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import cma
+from typing import ClassVar
+
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.optimizer import Optimizer
+from marxbot_sim.core.fields import Option
 from neuro_controller.core.genome import GENE_RANGE
 
 
@@ -17,6 +19,11 @@ class CmaEs(Optimizer):
     more. Genes are kept in their limits by pycma's boundary transformation.
     """
 
+    parameters: ClassVar = (
+        Option('cma_candidates', int, 20, 'candidates a generation', 'genomes', 4, 10_000),
+        Option('cma_sigma', float, 0.5, 'first step size', 'genes', 1e-6, 10.0),
+    )
+
     def __init__(
         self,
         parent: np.ndarray,
@@ -25,6 +32,8 @@ class CmaEs(Optimizer):
         rng: np.random.Generator,
     ) -> None:
         super().__init__(parent, fitness, configuration, rng)
+        import cma  # here, since it takes seconds to load
+
         self._strategy = cma.CMAEvolutionStrategy(
             parent.astype(float),
             configuration.cma_sigma,

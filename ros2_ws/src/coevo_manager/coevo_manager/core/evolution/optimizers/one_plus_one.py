@@ -4,17 +4,30 @@ from __future__ import annotations
 
 import collections
 import itertools
+from typing import ClassVar
 
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.mutation import Mutation, draw_mutations
 from coevo_manager.core.evolution.optimizer import Optimizer
+from marxbot_sim.core.fields import Option
 from neuro_controller.core.genome import GENE_RANGE
 
 
 class OnePlusOne(Optimizer):
     """One parent, one mutated offspring a generation, which replaces it if as fit or fitter."""
+
+    parameters: ClassVar = (
+        Option(
+            'mutation',
+            str,
+            'bernoulli',
+            'each gene is redrawn with the mutation rate, or exactly that share of the genes',
+            choices=('bernoulli', 'exact'),
+        ),
+        Option('mutation_rate', float, 0.02, 'share of genes redrawn', minimum=0.0, maximum=1.0),
+    )
 
     def __init__(
         self,
