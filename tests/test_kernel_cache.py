@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 
 SOURCES = Path(__file__).parents[1] / 'ros2_ws' / 'src'
 PACKAGES = ('simd_lanes', 'marxbot_sim')
@@ -59,3 +60,26 @@ def test_a_change_of_any_source_is_compiled(tmp_path):
         'return x * 3.0',
     )
     assert seen(tmp_path) == pytest.approx(2 * 3 * 0.17 / np.radians(45), abs=1e-4)
+
+
+def test_a_full_disk_only_costs_the_next_process_a_compilation(tmp_path):
+    shutil.copytree(
+        SOURCES / 'simd_lanes' / 'simd_lanes',
+        tmp_path / 'simd_lanes' / 'simd_lanes',
+        ignore=shutil.ignore_patterns('__pycache__'),
+    )
+    program = """
+from simd_lanes import compile_kernel
+import kernel
+print(compile_kernel(kernel.double)(21))
+"""
+    (tmp_path / 'simd_lanes' / 'kernel.py').write_text('def double(x):\n    return 2 * x\n')
+    with full_disk(10):
+        run = subprocess.run(
+            [sys.executable, '-c', program],
+            env={**os.environ, 'PYTHONPATH': str(tmp_path / 'simd_lanes')},
+            capture_output=True,
+            text=True,
+        )
+    assert run.stdout == '42\n', run.stderr
+    assert not list(tmp_path.rglob('*.nb?'))

@@ -1,5 +1,6 @@
 """Kernels compiled once per machine: a cache on disk that no change of a source outlives."""
 
+import contextlib
 import hashlib
 import inspect
 from pathlib import Path
@@ -52,6 +53,11 @@ class _KernelCache(FunctionCache):
     def __init__(self, function):
         super().__init__(function)
         self._cache_file._source_stamp = _stamp(function)
+
+    def save_overload(self, sig, data):
+        """Keep what was compiled; on a full disk the next process compiles again."""
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
 
 
 def _stamp(function):

@@ -1,9 +1,9 @@
 """Runs that are killed, stopped, damaged or out of space go on as if nothing had happened."""
 
+import contextlib
 import multiprocessing
 import os
 import random
-import resource
 import signal
 import subprocess
 import sys
@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 from ros_processes import wait_until
 
 from coevo_manager.core.evolution import (
@@ -350,16 +351,6 @@ Evolution.resume({str(folder)!r}, LocalEvaluator(environment))
     assert not resumed.run().finished
 
 
-@pytest.fixture
-def file_size_limit():
-    """Let no file of this process grow beyond a size; as on a full disk, writing fails."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    signal.signal(signal.SIGXFSZ, handler)
-
-
 @pytest.mark.parametrize(
     ('victim', 'phase', 'size'),
     [
@@ -368,7 +359,7 @@ def file_size_limit():
         ('generations.csv', 2, 800),
     ],
 )
-def test_a_full_disk_loses_nothing(tmp_path, whole, file_size_limit, victim, phase, size):
+def test_a_full_disk_loses_nothing(tmp_path, whole, victim, phase, size):
     folder = tmp_path / 'run'
     configuration = load_configuration(VALUES)
 
@@ -376,12 +367,14 @@ def test_a_full_disk_loses_nothing(tmp_path, whole, file_size_limit, victim, pha
         if isinstance(stats, PhaseStats) and stats.phase == phase:
             checkpoint = folder / 'checkpoint' / f'phase_{phase:06d}.npz'
             wait_until(checkpoint.exists, f'the checkpoint of phase {phase}')
-            file_size_limit(size)
+            disk.enter_context(full_disk(size))
 
     evolution = Evolution(configuration, evaluator_of(configuration), folder, observer)
-    with pytest.raises(RunFolderError, match=rf'cannot write .*{victim}: File too large; every'):
+    with (
+        contextlib.ExitStack() as disk,
+        pytest.raises(RunFolderError, match=rf'cannot write .*{victim}: File too large; every'),
+    ):
         evolution.run()
-    resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     assert not list(folder.rglob('*.partial'))
     assert resume(folder).finished
     assert contents(folder) == whole

@@ -1,12 +1,10 @@
 """Bags: their checksums, what damage and full disks make of them."""
 
-import contextlib
 import os
-import resource
-import signal
 
 import numpy as np
 import pytest
+from full_disk import full_disk
 from mcap.stream_reader import StreamReader
 from nav_msgs.msg import Odometry
 from rclpy.qos import QoSProfile
@@ -100,25 +98,12 @@ def test_a_damaged_chunk_is_found(tmp_path):
         pass
 
 
-@contextlib.contextmanager
-def file_size_limit(size):
-    """Let no file grow beyond a size, as a full disk would."""
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-        signal.signal(signal.SIGXFSZ, handler)
-
-
 @pytest.mark.parametrize('size', [0, 100, 10_000, 40_000])
 def test_a_full_disk_leaves_nothing(tmp_path, size):
     write_bag(tmp_path / 'sound')
     assert (tmp_path / 'sound' / 'sound.mcap').stat().st_size > 40_000
     with (
-        file_size_limit(size),
+        full_disk(size),
         pytest.raises(RuntimeError, match=r'bag cannot be written: File too large$'),
     ):
         write_bag(tmp_path / 'bag')

@@ -7,9 +7,9 @@ with a replication more, evaluates only what is new, and an interrupted one cont
 
 import concurrent.futures as futures_module
 import hashlib
+import io
 import json
 import multiprocessing
-import uuid
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -21,6 +21,7 @@ import numpy as np
 from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.runs import AnalysisError
 from coevo_manager.core.episodes import Environment
+from coevo_manager.core.evolution.files import write_whole
 from neuro_controller.core.reading import ReadingError, read_arrays
 
 EPISODES_A_CALL = 5000  # at least a good part of a second of work
@@ -94,13 +95,9 @@ class Store:
         """Keep arrays under the hash of what they result from."""
         path = self.path(digest)
         path.parent.mkdir(exist_ok=True)
-        beside = path.with_suffix(f'.{uuid.uuid4().hex}.tmp')
-        try:
-            with beside.open('wb') as file:
-                np.savez_compressed(file, allow_pickle=False, **arrays)
-            beside.replace(path)
-        finally:
-            beside.unlink(missing_ok=True)
+        content = io.BytesIO()
+        np.savez_compressed(content, allow_pickle=False, **arrays)
+        write_whole(path, content.getvalue(), durable=False)
 
     def load(self, digest: str) -> dict[str, np.ndarray] | None:
         """The stored arrays; None when there are none or the file is damaged."""

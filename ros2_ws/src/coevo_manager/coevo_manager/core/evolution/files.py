@@ -27,7 +27,7 @@ def write_whole(path: Path, content: bytes, durable: bool = True) -> None:
     Raises
     ------
     OSError
-        The file was not written; what stood under this name still does.
+        The file, which it names, was not written; what stood under this name still does.
     """
     beside = path.with_name(f'{path.name}.{secrets.token_hex(4)}{TEMPORARY}')
     try:
@@ -37,10 +37,10 @@ def write_whole(path: Path, content: bytes, durable: bool = True) -> None:
             if durable:
                 os.fsync(file.fileno())
         beside.replace(path)
-    except OSError:
+    except OSError as error:
         with contextlib.suppress(OSError):
             beside.unlink()
-        raise
+        raise OSError(error.errno, error.strerror, str(path)) from None
     if not durable:
         return
     directory = os.open(path.parent, os.O_RDONLY)
