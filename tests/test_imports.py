@@ -20,6 +20,7 @@ FORBIDDEN = {
     'neuro_controller': ('marxbot_sim', 'coevo_manager', 'coevo_msgs'),
     'simd_lanes': ('marxbot_sim', 'neuro_controller', 'coevo_manager', 'node_runner'),
     'node_runner': ('marxbot_sim', 'neuro_controller', 'coevo_manager', 'simd_lanes'),
+    'coevo_manager': ('red_queen',),
     'coevo_manager.core': (
         'coevo_manager.command_line',
         'coevo_manager.evaluators',

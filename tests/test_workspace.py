@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -122,6 +123,9 @@ def test_versions_are_equal():
         f'{package}/setup.py': ast.literal_eval(setup_arguments(package)['version'])
         for package in PYTHON_PACKAGES
     }
+    versions['pyproject.toml'] = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project'][
+        'version'
+    ]
     assert len(set(versions.values())) == 1, versions
 
 

@@ -100,7 +100,16 @@ def graph(command: str) -> Callable[[list[str]], int]:
     return ask
 
 
-COMMANDS = {'run': run, 'launch': launch, 'pkg': pkg, 'bag': bag} | {
+def version(arguments: list[str]) -> int:
+    """Print which version of the project this is, and of which commit."""
+    from coevo_manager import __version__  # here, as above
+    from coevo_manager.core.evolution.commit import source_commit
+
+    print(f'Red Queen {__version__}, commit {source_commit() or "unknown"}')
+    return 0
+
+
+COMMANDS = {'--version': version, 'run': run, 'launch': launch, 'pkg': pkg, 'bag': bag} | {
     command: graph(command) for command in ('node', 'topic', 'service', 'param', 'lifecycle')
 }
 

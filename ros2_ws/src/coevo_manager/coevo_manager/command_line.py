@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
+from coevo_manager import __version__
 from coevo_manager.core.environment import OPTIONS, Environment
 from coevo_manager.core.provenance import choose_environment
 from coevo_manager.core.species import SPECIES
@@ -35,6 +36,12 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings, allow_abbrev=False)
+        self.add_argument(
+            '--version',
+            action='version',
+            version=f'%(prog)s of Red Queen {__version__}',
+            help='print the version and exit',
+        )
 
     def error(self, message: str) -> NoReturn:
         """Print the sentence and exit with code 2; an option is named once."""

@@ -1,21 +1,24 @@
 """Reading the logs of a run, generations.csv and phases.csv."""
 
-import csv
-import io
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from coevo_manager.core.species import SPECIES
 from neuro_controller.core.reading import read_text, reading
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LIMIT = 2**30
 """Bytes of a log: those of some ten million generations."""
 
 
-def read_log(path: Path, columns: Sequence[str]) -> pd.DataFrame:
+def read_columns(path: Path, columns: Sequence[str]) -> dict[str, np.ndarray]:
     """Read a log and check each value.
 
     Parameters
@@ -25,6 +28,11 @@ def read_log(path: Path, columns: Sequence[str]) -> pd.DataFrame:
         Those that it must have: `evolving`, fitness from 0 to 1, and whole numbers, of which
         generations, phases, episodes and ticks never fall.
 
+    Returns
+    -------
+    dict of str to array, shape (lines,)
+        The columns in order: str, float64 or int64.
+
     Raises
     ------
     ReadingError
@@ -32,11 +40,17 @@ def read_log(path: Path, columns: Sequence[str]) -> pd.DataFrame:
     """
     text = read_text(path, LIMIT)
     with reading(path):
-        return parse_log(text, columns)
+        return _parse(text, columns)
 
 
 def parse_log(text: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Read the text of a log, as `read_log`; ValueError says what is wrong, and in which line."""
+    """Read the text of a log; ValueError says what is wrong, and in which line."""
+    import pandas as pd  # here: runs are read without it
+
+    return pd.DataFrame(_parse(text, columns))
+
+
+def _parse(text: str, columns: Sequence[str]) -> dict[str, np.ndarray]:
     lines = text.split('\n')
     if lines.pop():
         raise ValueError(f'line {len(lines) + 1} is cut off')
@@ -45,29 +59,15 @@ def parse_log(text: str, columns: Sequence[str]) -> pd.DataFrame:
     for number, line in enumerate(lines, 1):
         if line.count(',') != len(columns) - 1:
             raise ValueError(f'line {number} does not have {len(columns)} values')
-    table = pd.read_csv(
-        io.StringIO(text),
-        dtype={name: _kind(name) for name in columns},
-        na_filter=False,
-        quoting=csv.QUOTE_NONE,
-    )
-    for name in columns:
-        wrong = ~_sound(table[name])
+    written = np.array([line.split(',') for line in lines[1:]], str).reshape(-1, len(columns))
+    table = {}
+    for name, texts in zip(columns, written.T, strict=True):
+        table[name] = values = texts.astype(_kind(name))
+        wrong = ~_sound(name, values)
         if wrong.any():
             place = int(wrong.argmax())
-            raise ValueError(f'line {place + 2}, {name} is {table[name][place]!s:.40}')
+            raise ValueError(f'line {place + 2}, {name} is {texts[place]:.40}')
     return table
-
-
-def turns(table: pd.DataFrame, species: str) -> list[tuple[float, float]]:
-    """Return the stretches of generations in which a species evolves, from generations.csv."""
-    generation = table['generation'].to_numpy(float)
-    mine = np.concatenate([[False], table['evolving'] == species, [False]])
-    starts, ends = np.flatnonzero(mine[1:] & ~mine[:-1]), np.flatnonzero(~mine[1:] & mine[:-1])
-    return [
-        (float(generation[start] - 1), float(generation[end - 1]))
-        for start, end in zip(starts, ends, strict=True)
-    ]
 
 
 def _kind(name: str) -> type:
@@ -76,12 +76,12 @@ def _kind(name: str) -> type:
     return float if 'fitness' in name else int
 
 
-def _sound(values: pd.Series) -> pd.Series:
-    if values.name == 'evolving':
-        before_evolution = (values.index == 0) & (values == '')
-        return values.isin(SPECIES) | before_evolution
-    if _kind(str(values.name)) is float:
-        return values.between(0, 1)
-    if values.name in ('accepted', 'retained'):
+def _sound(name: str, values: np.ndarray) -> np.ndarray:
+    if name == 'evolving':
+        before_evolution = (np.arange(len(values)) == 0) & (values == '')
+        return np.isin(values, SPECIES) | before_evolution
+    if _kind(name) is float:
+        return (values >= 0) & (values <= 1)
+    if name in ('accepted', 'retained'):
         return values >= 0
-    return values >= values.shift(fill_value=0)
+    return np.diff(values, prepend=0) >= 0

@@ -58,6 +58,13 @@ def analyze(
     ------
     AnalysisError
         The runs cannot be analysed; nothing but stored results is written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import red_queen as rq
+    >>> rq.analyze(['runs/mine'], Path('results'), candidates=0).name
+    'report.html'
     """
     runs = read_runs(folders)
     generations = choose_generations(runs, every, until)

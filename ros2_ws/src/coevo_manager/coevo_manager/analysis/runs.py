@@ -1,21 +1,26 @@
 """Read run folders and group them: replications of conditions, conditions within environments."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from coevo_manager.analysis.conditions import Condition, assign, order
-from coevo_manager.analysis.logs import read_log
+from coevo_manager.analysis.logs import read_columns
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution.checkpoint import check_content
 from coevo_manager.core.evolution.run_folder import LOGS, read_record, read_run_json
 from coevo_manager.core.species import SPECIES
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 POINTS = 15  # as the paper: 150,000 generations looked at every 10,000
 
@@ -70,7 +75,7 @@ class Replication:
     @cached_property
     def never_evolved(self) -> tuple[str, ...]:
         """The species that did not evolve for a single phase."""
-        evolved = set(self.table('phases')['evolving'])
+        evolved = set(self.columns('phases')['evolving'])
         return tuple(species for species in SPECIES if species not in evolved)
 
     def snapshot(self, generation: int) -> Snapshot:
@@ -97,12 +102,35 @@ class Replication:
         return snapshot
 
     def table(self, name: str) -> pd.DataFrame:
-        """generations.csv or phases.csv, by its stem."""
-        return read_log(self.folder / f'{name}.csv', LOGS[name])
+        """Return generations.csv or phases.csv, by its stem."""
+        import pandas as pd  # here: a run is read without it
+
+        return pd.DataFrame(self.columns(name))
+
+    def columns(self, name: str) -> dict[str, np.ndarray]:
+        """Return the columns of generations.csv or phases.csv, by its stem."""
+        return read_columns(self.folder / f'{name}.csv', LOGS[name])
 
 
 def read_run(folder: Path | str) -> Replication:
-    """Open a run folder and check that no snapshot up to its last phase is missing or damaged."""
+    """Open a run folder and check that no snapshot up to its last phase is missing or damaged.
+
+    Parameters
+    ----------
+    folder : Path or str
+
+    Raises
+    ------
+    AnalysisError, ReadingError
+        It holds no run, or part of one is missing or damaged, in one sentence.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> run = rq.read_run('runs/mine')
+    >>> list(run.snapshots), run.configuration.population
+    ([0, 10, 20], 8)
+    """
     folder = Path(folder)
     configuration, named = read_record(folder / 'run.json')
     condition = assign({folder: configuration}, {folder: named})[folder]
@@ -111,7 +139,7 @@ def read_run(folder: Path | str) -> Replication:
     except ValueError as error:
         raise AnalysisError(str(error)) from None
     every = configuration.snapshot_generations
-    ends = np.unique(np.append(0, run.table('phases')['generation'].to_numpy(int)))
+    ends = np.unique(np.append(0, run.columns('phases')['generation']))
     due = ends[np.append(True, ends[1:] // every > ends[:-1] // every)]
     missing = [int(g) for g in due if int(g) not in run.snapshots]
     if missing:

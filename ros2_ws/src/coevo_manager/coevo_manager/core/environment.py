@@ -35,6 +35,12 @@ class Environment:
     ------
     ValueError
         If a value is out of its range, in one sentence.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> rq.Environment(obstacle=True).max_wheel_speeds
+    (10.0, 10.0)
     """
 
     obstacle: bool = same_as(_ARENA['obstacle'])
@@ -147,6 +153,13 @@ def make_environment(values: Mapping[str, Any]) -> Environment:
     ------
     ValueError
         If a value is out of its range, in one sentence.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> varied = rq.make_environment({**rq.WORLDS['varied'], 'environment': 'obstacle'})
+    >>> varied.obstacle, varied.perturbations.start_displacement
+    (True, 0.3)
     """
     checked = {
         name: option.check(values[name]) for name, option in OPTIONS.items() if name in values

@@ -50,30 +50,55 @@ class Pace:
         return cls([*range(0, last, step), last], min(FRAMES_PER_SECOND, rate / (TICK * step)))
 
 
-def draw_frames(track, ticks):
-    """Yield a picture (uint8 array, (height, width, 3)) for each tick.
+class Scene:
+    """The arena with its robots; only what moves is drawn anew, over a copy of all else.
 
-    Only what moves is drawn anew, over a copy of all else.
+    Parameters
+    ----------
+    size : float
+        Side of the arena, m.
+    obstacle : bool
     """
-    figure, axes = draw_arena(track)
-    title = axes.set_title(' ')
-    trails = [axes.plot([], [], color=color, lw=1.5)[0] for color in COLOURS.values()]
-    robots = [RobotArtists(axes, color) for color in COLOURS.values()]
-    moving = [title, *trails, *(artist for robot in robots for artist in robot.artists)]
-    for artist in moving:
-        artist.set_animated(True)
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    still = canvas.copy_from_bbox(figure.bbox)
+
+    def __init__(self, size, obstacle):
+        self._figure, axes = draw_arena(size, obstacle)
+        self._title = axes.set_title(' ')
+        self._trails = [axes.plot([], [], color=color, lw=1.5)[0] for color in COLOURS.values()]
+        self._robots = [RobotArtists(axes, color) for color in COLOURS.values()]
+        bodies = [artist for robot in self._robots for artist in robot.artists]
+        self._moving = [self._title, *self._trails, *bodies]
+        for artist in self._moving:
+            artist.set_animated(True)
+        self._canvas = FigureCanvasAgg(self._figure)
+        self._canvas.draw()
+        self._still = self._canvas.copy_from_bbox(self._figure.bbox)
+
+    def draw(self, poses, title):
+        """Return a picture, uint8 array of shape (height, width, 3).
+
+        Parameters
+        ----------
+        poses : sequence of float arrays, shape (2, 3)
+            Of the episode up to that time; the last `TRAIL` ticks leave trails.
+        title : str
+        """
+        self._canvas.restore_region(self._still)
+        self._title.set_text(title)
+        seen = np.array(poses[-TRAIL - 1 :])
+        for number, (robot, trail) in enumerate(zip(self._robots, self._trails, strict=True)):
+            robot.move(seen[-1, number])
+            trail.set_data(*seen[:, number, :2].T)
+        for artist in self._moving:
+            self._figure.draw_artist(artist)
+        return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()
+
+
+def draw_frames(track, ticks):
+    """Yield a picture (uint8 array, (height, width, 3)) for each tick."""
+    scene = Scene(track.size, track.obstacle)
     for tick in ticks:
-        canvas.restore_region(still)
-        title.set_text(track.title if tick == ticks[-1] else f'{tick * TICK:.1f} s')
-        for number, (robot, trail) in enumerate(zip(robots, trails, strict=True)):
-            robot.move(track.poses[tick, number])
-            trail.set_data(*track.poses[max(0, tick - TRAIL) : tick + 1, number, :2].T)
-        for artist in moving:
-            figure.draw_artist(artist)
-        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        title = track.title if tick == ticks[-1] else f'{tick * TICK:.1f} s'
+        yield scene.draw(track.poses[: tick + 1], title)
 
 
 def make_gif(track, pace, advance=lambda: None):

@@ -49,17 +49,15 @@ class Track:
         )
 
 
-def draw_arena(track):
+def draw_arena(size, obstacle):
     """Return a figure and its axes with all that does not move, the legend included."""
     figure = Figure(figsize=(5, 5.4), dpi=110, layout='constrained')
     axes = figure.add_subplot()
-    half = track.size / 2
+    half = size / 2
     axes.add_patch(
-        Rectangle(
-            (-half, -half), track.size, track.size, facecolor='#f4f4f4', edgecolor='black', lw=3
-        )
+        Rectangle((-half, -half), size, size, facecolor='#f4f4f4', edgecolor='black', lw=3)
     )
-    if track.obstacle:
+    if obstacle:
         axes.add_patch(Circle((0, 0), OBSTACLE_RADIUS, color='black'))
     axes.set(
         xlim=(-half * 1.03, half * 1.03),
@@ -100,15 +98,20 @@ class RobotArtists:
         )
 
 
-def draw_trajectories(track):
-    """Return a PNG (bytes) of both robots' paths, with their starts (hollow) and ends."""
-    figure, axes = draw_arena(track)
+def trajectories(track):
+    """Return a figure of both robots' paths, with their starts (hollow) and ends."""
+    figure, axes = draw_arena(track.size, track.obstacle)
     for robot, color in enumerate(COLOURS.values()):
         poses = track.poses[:, robot]
         axes.plot(poses[:, 0], poses[:, 1], color=color, lw=1)
         axes.add_patch(Circle(poses[0, :2], BODY_RADIUS, fill=False, edgecolor=color, ls='--'))
         RobotArtists(axes, color).move(poses[-1])
     axes.set_title(track.title)
+    return figure
+
+
+def draw_trajectories(track):
+    """Return a PNG (bytes) of the `trajectories`."""
     content = io.BytesIO()
-    figure.savefig(content, format='png')
+    trajectories(track).savefig(content, format='png')
     return content.getvalue()

@@ -34,6 +34,12 @@ class Perturbations:
     ------
     ValueError
         A field is out of its range, in one sentence.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> rq.Environment(perturbations=rq.Perturbations(camera_noise=0.05)).perturbations.active
+    True
     """
 
     wheel_radius_scale: float = described(

@@ -60,6 +60,13 @@ def select_champion(text, species):
     ------
     ValueError
         There is no such genome, or nothing tells how it evolved.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> champion = rq.select_champion('shipped/open', 'predator')
+    >>> champion.species, champion.rank
+    ('predator', 0)
     """
     run, *rest = text.split(':')
     if len(rest) > 2 or not all(part.isdecimal() for part in rest):

@@ -34,6 +34,12 @@ def random_genomes(count, generator):
     Returns
     -------
     float32 array, shape (count, 442)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> random_genomes(3, np.random.default_rng(1)).shape
+    (3, 442)
     """
     return generator.uniform(-GENE_RANGE, GENE_RANGE, (count, GENES)).astype(np.float32)
 

@@ -55,6 +55,13 @@ def read_snapshot(path: Path) -> Snapshot:
     ------
     ReadingError
         The file is missing, damaged, or not such a file.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> snapshot = rq.read_snapshot('runs/mine/snapshots/gen_000020.npz')
+    >>> snapshot.best('prey', 2).shape
+    (2, 442)
     """
     arrays = read_arrays(path, ('predators', 'prey', 'fitness'))
     with reading(path):

@@ -113,13 +113,19 @@ def start_robot(lane, genome, rows):
 
 
 @numba.njit
+def begin_numbered(episode, lane, rows, disturbance, starts, seed):
+    """Begin what is random for a robot in its episode of that number."""
+    place(starts, lane, seed, episode, rows.bodies)
+    if disturbance is not None:
+        begin(disturbance, lane, seed, episode)
+
+
+@numba.njit
 def begin_against(opponent, repetition, lane, rows, disturbance, starts, seed):
     """Begin what is random for a robot in one of its episodes against a genome."""
     if disturbance is not None or starts.any():
         episode = repeated(episode_number(opponent), repetition)
-        place(starts, lane, seed, episode, rows.bodies)
-        if disturbance is not None:
-            begin(disturbance, lane, seed, episode)
+        begin_numbered(episode, lane, rows, disturbance, starts, seed)
 
 
 @compile_kernel

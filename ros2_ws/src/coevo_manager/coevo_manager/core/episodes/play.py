@@ -50,6 +50,14 @@ def evaluate_pairs(
     ------
     ValueError
         In one sentence, if a genome, an index or the number of threads is wrong.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import red_queen as rq
+    >>> hunters, hunted = rq.random_genomes(6, np.random.default_rng(1)).reshape(2, 3, -1)
+    >>> rq.evaluate_pairs(hunters, hunted, [0, 2], [1, 1])
+    array([1000, 1000], dtype=int32)
     """
     return _run(predators, prey, predator_index, prey_index, environment, threads, measure=False)[
         0
@@ -72,6 +80,15 @@ def measure_pairs(
         As from `evaluate_pairs`.
     complexity : float32 array, shape (n, 2)
         Of predator and prey, rad/s per tick, see `coevo_manager.core.behaviour.complexity`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import red_queen as rq
+    >>> hunters, hunted = rq.random_genomes(6, np.random.default_rng(1)).reshape(2, 3, -1)
+    >>> ticks, complexity = rq.measure_pairs(hunters, hunted, [0, 2], [1, 1])
+    >>> complexity.shape
+    (2, 2)
     """
     return _run(predators, prey, predator_index, prey_index, environment, threads, measure=True)
 
@@ -88,6 +105,14 @@ def evaluate_matrix(predators, prey, environment=Environment(), threads=1):
     -------
     int32 array, shape (p, q)
         Capture ticks, predators in rows and prey in columns.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> run = rq.read_run('runs/mine')
+    >>> last = run.snapshot(max(run.snapshots))
+    >>> rq.evaluate_matrix(last.predators, last.prey, run.environment).shape
+    (8, 8)
     """
     shape = (len(predators), len(prey))
     predator_index, prey_index = np.indices(shape).reshape(2, -1)
@@ -112,6 +137,12 @@ def fitness(ticks, species, episode_ticks=1000):
     -------
     float64 array
         For prey t/T and for predators 1 - t/T, so that the two sum to 1.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> rq.fitness([250, 1000], 'predator')
+    array([0.75, 0.  ])
     """
     lived = np.asarray(ticks) / episode_ticks
     if species == 'prey':

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from coevo_manager.core.episodes.lanes import KinematicPlayer
-from coevo_manager.core.episodes.pymunk_player import PymunkPlayer
 from coevo_manager.core.episodes.schedule import (
     CHANGE,
     CHOSEN,
@@ -52,6 +51,14 @@ class _Request:
     end_episode: int
 
 
+def _make_player(environment, measure):
+    if environment.physics == 'kinematic':
+        return KinematicPlayer(environment, measure)
+    from coevo_manager.core.episodes.pymunk_player import PymunkPlayer
+
+    return PymunkPlayer(environment, measure)
+
+
 class EpisodeStream:
     """Plays the episodes of many requests in the order in which they came.
 
@@ -69,8 +76,7 @@ class EpisodeStream:
 
     def __init__(self, environment, measure=False):
         self.environment = environment
-        player = KinematicPlayer if environment.physics == 'kinematic' else PymunkPlayer
-        self._player = player(environment, measure)
+        self._player = _make_player(environment, measure)
         self._genomes = _Ring((np.float32, (GENES,)))
         self._episodes = _Ring(EPISODE)
         self._mutations = _Ring(np.int64)

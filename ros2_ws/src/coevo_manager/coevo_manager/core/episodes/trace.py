@@ -55,6 +55,16 @@ def trace_pair(predator, prey, environment=Environment(), repetition=0):
     -------
     Trace
         ``ticks`` is what `evaluate_pairs` gives for this pair, summed over its repetitions.
+
+    Examples
+    --------
+    >>> import red_queen as rq
+    >>> hunter, hunted = (
+    ...     rq.select_champion('shipped/open', species).genome for species in rq.SPECIES
+    ... )
+    >>> trace = rq.trace_pair(hunter, hunted)
+    >>> trace.poses.shape == (trace.ticks + 1, 2, 3)
+    True
     """
     world = make_world(environment.physics, environment.arena)
     robots = PerturbedRobots(environment.perturbations, environment.max_wheel_speeds)

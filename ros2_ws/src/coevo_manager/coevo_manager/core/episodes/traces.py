@@ -48,6 +48,14 @@ def trace_pairs(
     predator_index, prey_index : integer arrays, shape (n,)
         Which predator meets which prey.
     environment : Environment
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import red_queen as rq
+    >>> hunters, hunted = rq.random_genomes(6, np.random.default_rng(1)).reshape(2, 3, -1)
+    >>> [trace.ticks for trace in rq.trace_pairs(hunters, hunted, [0, 2], [1, 1])]
+    [1000, 1000]
     """
     pairs = list(zip(predators[predator_index], prey[prey_index], strict=True))
     if environment.physics != 'kinematic':
