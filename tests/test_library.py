@@ -29,7 +29,7 @@ run = rq.read_run('runs/mine')
 last = run.snapshot(max(run.snapshots))
 assert run.columns('phases')['generation'].tolist() == [0, 5, 10]
 ticks = rq.evaluate_matrix(last.predators, last.prey, run.environment)
-assert np.array_equal(rq.fitness(ticks, 'predator'), last.fitness)
+assert np.allclose(rq.fitness(ticks, 'predator'), last.fitness, atol=1e-6)
 champions = [rq.select_champion('runs/mine', species).genome for species in rq.SPECIES]
 trace = rq.trace_pair(*champions, run.environment)
 assert trace.ticks == rq.evaluate_matrix(champions[:1], champions[1:], run.environment)[0, 0]

@@ -128,6 +128,40 @@ def test_ros2_names_a_middleware_that_is_not_installed():
     )
 
 
+def test_versions_are_told():
+    (package, *_) = PYTHON_PACKAGES
+    version = ast.literal_eval(setup_arguments(package)['version'])
+    assert run('scripts/ros2', '--version').stdout.startswith(f'Red Queen {version}, commit ')
+    told = run('scripts/ros2', 'run', 'coevo_manager', 'evolve', '--version').stdout
+    assert told == f'evolve of Red Queen {version}\n'
+
+
+@pytest.mark.parametrize(
+    ('typed', 'expected'),
+    [
+        ('lau', {'launch'}),
+        ('run neuro', {'neuro_controller'}),
+        ('run coevo_manager re', {'record', 'replay'}),
+        ('launch coevo_manager d', {'demo.launch.xml'}),
+        ('topic e', {'echo'}),
+    ],
+)
+def test_the_shell_completes(typed, expected):
+    words = f'scripts/ros2 {typed}'.split()
+    script = (
+        'source scripts/lib/completion.bash; '
+        f'COMP_WORDS=({" ".join(words)}); COMP_CWORD={len(words) - 1}; _red_queen_ros2; '
+        'printf "%s\\n" "${COMPREPLY[@]}"'
+    )
+    assert set(run('bash', '-c', script).stdout.split()) == expected
+
+
+def test_activate_is_not_run_but_sourced():
+    result = run('scripts/activate')
+    assert result.returncode == 2
+    assert result.stderr == 'activate: is to be sourced: source scripts/activate\n'
+
+
 def test_ros2_becomes_the_executable(tmp_path):
     """The same process, so that signals reach it and its exit code is the command's."""
     prefix = tmp_path / 'echoes'

@@ -18,10 +18,13 @@ from bench_lockstep import lockstep_rate
 from bench_loop import measure_loop
 from bench_worlds import measure_worlds
 
+from coevo_manager.core.environment import make_environment
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.core.evolution import Evolution, load_configuration
 from coevo_manager.core.local_evaluator import LocalEvaluator
+from coevo_manager.core.worlds import WORLDS
 from neuro_controller.core.genome import random_genomes
+from red_queen.environments import ChaseVectorEnv
 
 ARENAS = {'open': Environment(), 'obstacle': Environment(obstacle=True)}
 SMALL_BATCH = 100
@@ -194,6 +197,22 @@ class Bench:
         rigid()
         self.rate('pymunk, 32 arenas in a space', rigid, 'k pair-ticks/s', 1e3)
 
+    def environments(self):
+        """`gymnasium.vector` with actions from NumPy, one core; the goal is 2 million a second."""
+        for world in ('faithful', 'robust'):
+            for count in (64, 256, 1024):
+                envs = ChaseVectorEnv(count, environment=make_environment(WORLDS[world]))
+                envs.reset(seed=1)
+                actions = np.random.default_rng(1).random((count, 2), np.float32)
+                steps = (2**12 if self.quick else 2**17) // count
+
+                def play(envs=envs, actions=actions, steps=steps):
+                    for _ in range(steps):
+                        envs.step(actions)
+                    return steps * len(actions)
+
+                self.rate(f'ChaseVectorEnv, {count} pairs, {world}', play)
+
 
 _FIRST_EPISODE = """
 import numpy as np
@@ -241,6 +260,7 @@ SECTIONS = {
     'lockstep': Bench.lockstep,
     'worlds': Bench.worlds,
     'pymunk': Bench.pymunk,
+    'environments': Bench.environments,
 }
 
 

@@ -63,8 +63,7 @@ def analyze(
     --------
     >>> from pathlib import Path
     >>> import red_queen as rq
-    >>> rq.analyze(['runs/mine'], Path('results'), candidates=0).name
-    'report.html'
+    >>> report = rq.analyze(['runs/mine'], Path('results'))  # doctest: +SKIP
     """
     runs = read_runs(folders)
     generations = choose_generations(runs, every, until)

@@ -34,6 +34,11 @@ class ChaseVectorEnv(VectorEnv):
     species, opponent, environment
         As for `ChaseEnv`.
 
+    Attributes
+    ----------
+    environment : Environment
+        The world of every episode.
+
     Examples
     --------
     >>> envs = ChaseVectorEnv(64, species='predator')
@@ -54,11 +59,11 @@ class ChaseVectorEnv(VectorEnv):
     ) -> None:
         if num_envs < 1:
             raise ValueError(f'num_envs is {num_envs}, expected at least 1')
-        self._opponents, environment = read_opponents(species, opponent, environment)
+        self._opponents, self.environment = read_opponents(species, opponent, environment)
         self._robot = SPECIES.index(species)
         driven = species == 'predator', species == 'prey'
-        self._episodes = SteppedEpisodes(environment, num_envs, driven)
-        self._episode_ticks = environment.episode_ticks
+        self._episodes = SteppedEpisodes(self.environment, num_envs, driven)
+        self._episode_ticks = self.environment.episode_ticks
         self.num_envs = num_envs
         self.single_observation_space = observation_space()
         self.single_action_space = action_space()
