@@ -132,6 +132,9 @@ def example_folder(tmp_path_factory):
 
 
 VALUES = {
+    'SPECIES',
+    'WORLDS',
+    '__version__',
     'Champion',
     'Configuration',
     'GenerationStats',
@@ -142,13 +145,13 @@ VALUES = {
     'Snapshot',
     'Trace',
 }
-"""What the functions give, and their examples show."""
+"""What functions take and give: their examples show it."""
 
 PUBLIC = [
     (module, name)
     for module in (rq, environments)
     for name in module.__all__
-    if callable(getattr(module, name)) and name not in VALUES
+    if name not in VALUES
 ]
 
 
@@ -160,10 +163,3 @@ def test_examples_of_public_names_run(module, name, example_folder, monkeypatch)
     (found,) = doctest.DocTestFinder(recurse=False).find(public, name, globs=globs)
     assert found.examples
     assert doctest.DocTestRunner().run(found).failed == 0
-
-
-def test_public_names_are_documented():
-    for module in (rq, environments):
-        assert sorted(module.__all__) == sorted(set(module.__all__))
-        for name in module.__all__:
-            assert not callable(getattr(module, name)) or getattr(module, name).__doc__

@@ -70,6 +70,17 @@ def _parse(text: str, columns: Sequence[str]) -> dict[str, np.ndarray]:
     return table
 
 
+def turns(table: pd.DataFrame, species: str) -> list[tuple[float, float]]:
+    """Return the stretches of generations in which a species evolves, from generations.csv."""
+    generation = table['generation'].to_numpy(float)
+    mine = np.concatenate([[False], table['evolving'] == species, [False]])
+    starts, ends = np.flatnonzero(mine[1:] & ~mine[:-1]), np.flatnonzero(~mine[1:] & mine[:-1])
+    return [
+        (float(generation[start] - 1), float(generation[end - 1]))
+        for start, end in zip(starts, ends, strict=True)
+    ]
+
+
 def _kind(name: str) -> type:
     if name == 'evolving':
         return str
