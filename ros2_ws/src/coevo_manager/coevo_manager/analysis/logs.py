@@ -60,9 +60,9 @@ def _parse(text: str, columns: Sequence[str]) -> dict[str, np.ndarray]:
         if line.count(',') != len(columns) - 1:
             raise ValueError(f'line {number} does not have {len(columns)} values')
     written = np.array([line.split(',') for line in lines[1:]], str).reshape(-1, len(columns))
-    table = {}
+    table: dict[str, np.ndarray] = {}
     for name, texts in zip(columns, written.T, strict=True):
-        table[name] = values = texts.astype(_kind(name))
+        values = table[name] = texts.astype(_kind(name))
         wrong = ~_sound(name, values)
         if wrong.any():
             place = int(wrong.argmax())

@@ -18,7 +18,8 @@ from neuro_controller.core.champions import select_champion
 from neuro_controller.core.genome import OUTPUTS, SENSORS, check_genomes
 from red_queen.environments.picture import Picture
 
-METADATA = {'render_modes': ['human', 'rgb_array'], 'render_fps': round(1 / TICK)}
+RENDER_MODES = ['human', 'rgb_array']
+METADATA = {'render_modes': RENDER_MODES, 'render_fps': round(1 / TICK)}
 
 
 def observation_space() -> Box:
@@ -128,7 +129,7 @@ class Chase:
         render_mode: str | None,
     ) -> None:
         if render_mode is not None:
-            check_choice('render_mode', render_mode, METADATA['render_modes'])
+            check_choice('render_mode', render_mode, RENDER_MODES)
         self.environment = environment
         self._episode = SteppedEpisodes(environment, 1, driven)
         self._picture = Picture(environment.arena, render_mode)

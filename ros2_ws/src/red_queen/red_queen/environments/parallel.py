@@ -11,6 +11,7 @@ from pettingzoo import ParallelEnv
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.species import SPECIES
+from neuro_controller.core.genome import OUTPUTS
 from red_queen.environments.chase import (
     METADATA,
     Chase,
@@ -92,11 +93,12 @@ class ChaseParallelEnv(ParallelEnv):
     def step(self, actions: dict[str, np.ndarray]) -> tuple[dict[str, Any], ...]:
         """Make a tick; both agents must act."""
         chosen = {
-            robot: check_actions(actions[agent], (2,)) for robot, agent in enumerate(self.agents)
+            robot: check_actions(actions[agent], (OUTPUTS,))
+            for robot, agent in enumerate(self.agents)
         }
         earned, captured, over = self._chase.step(chosen)
         agents = self.agents
-        answer = (
+        answer: tuple[dict[str, Any], ...] = (
             self._observations(),
             {agent: float(earned[robot]) for robot, agent in enumerate(agents)},
             dict.fromkeys(agents, captured),

@@ -10,12 +10,12 @@ from simd_lanes import aligned_rows, compile_kernel
 
 
 @compile_kernel
-def _recall(weights, memory):
+def _recall(weights: np.ndarray, memory: np.ndarray) -> None:
     recall(weights, memory)
 
 
 @compile_kernel
-def _think(weights, memory, inputs):
+def _think(weights: np.ndarray, memory: np.ndarray, inputs: np.ndarray) -> None:
     think(weights, memory, inputs)
     recall(weights, memory)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.species import SPECIES
+from neuro_controller.core.genome import OUTPUTS
 from red_queen.environments.chase import (
     METADATA,
     Chase,
@@ -51,7 +52,7 @@ class ChaseEnv(gymnasium.Env):
     0.001
     """
 
-    metadata: ClassVar[dict[str, Any]] = METADATA
+    metadata: dict[str, Any] = METADATA
 
     def __init__(
         self,
@@ -79,12 +80,12 @@ class ChaseEnv(gymnasium.Env):
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Make a tick."""
-        chosen = check_actions(action, self.action_space.shape)
+        chosen = check_actions(action, (OUTPUTS,))
         earned, captured, over = self._chase.step({self._robot: chosen})
         observation = self._chase.observation(self._robot)
         return observation, float(earned[self._robot]), captured, over, {}
 
-    def render(self) -> np.ndarray | None:  # type: ignore[override]
+    def render(self) -> np.ndarray | None:
         """Return a picture, uint8 (height, width, 3), or show it, as the render mode says."""
         return self._chase.render()
 

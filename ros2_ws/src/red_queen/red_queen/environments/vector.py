@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -11,6 +11,7 @@ from gymnasium.vector.utils import batch_space
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes.stepped import SteppedEpisodes
 from coevo_manager.core.species import SPECIES
+from neuro_controller.core.genome import OUTPUTS
 from red_queen.environments.chase import (
     action_space,
     check_actions,
@@ -48,7 +49,7 @@ class ChaseVectorEnv(VectorEnv):
     ((64, 25), (64,))
     """
 
-    metadata: ClassVar[dict[str, Any]] = {'autoreset_mode': AutoresetMode.SAME_STEP}
+    metadata: dict[str, Any] = {'autoreset_mode': AutoresetMode.SAME_STEP}  # noqa: RUF012
 
     def __init__(
         self,
@@ -90,8 +91,7 @@ class ChaseVectorEnv(VectorEnv):
         self, actions: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Make a tick of all episodes."""
-        shape = self.num_envs, *self.single_action_space.shape
-        self._episodes.actions[self._robot] = check_actions(actions, shape)
+        self._episodes.actions[self._robot] = check_actions(actions, (self.num_envs, OUTPUTS))
         self._episodes.step()
         ticks, captured = self._episodes.ticks, self._episodes.captured.copy()
         over = ~captured & (ticks >= self._episode_ticks)
