@@ -4,7 +4,9 @@ import contextlib
 import io
 import os
 import sys
-from typing import TextIO
+from typing import Any, TextIO, cast
+
+from rich.console import Console
 
 
 class Outlet:
@@ -43,5 +45,10 @@ class Outlet:
             os.dup2(nowhere, self._stream.fileno())
             os.close(nowhere)
 
-    def __getattr__(self, name: str):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
+
+
+def make_console(stream: TextIO | None = None) -> Console:
+    """Return a console that prints to an `Outlet` of a stream, standard output without one."""
+    return Console(file=cast(TextIO, Outlet(stream)))

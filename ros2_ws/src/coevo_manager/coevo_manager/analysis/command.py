@@ -4,9 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TextIO, cast
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from coevo_manager.command_line import Parser, add_option, carry_out
@@ -78,9 +76,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Analyse; returns 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     arguments = make_parser().parse_args(argv)
     from coevo_manager.analysis.pipeline import analyze
-    from coevo_manager.outlet import Outlet
+    from coevo_manager.outlet import Outlet, make_console
 
-    console = Console(file=cast(TextIO, Outlet(sys.stderr)))
+    console = make_console(sys.stderr)
     columns = (
         TextColumn('{task.description}'),
         BarColumn(),

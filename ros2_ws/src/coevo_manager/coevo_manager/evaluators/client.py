@@ -175,7 +175,7 @@ class EvaluatorClient:
 
     def take(self, client: Client) -> tuple[Question, Any] | None:
         """Return an answer that has arrived and what it answers; None if nobody waits for it."""
-        _, response = client.handle.take_response(client.srv_type.Response)
+        _, response = client.handle.take_response(client.srv_type.Response)  # type: ignore[attr-defined]
         if response is None:
             return None
         now = time.monotonic()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import array
+from typing import Any
 
 import numpy as np
 from coevo_msgs.msg import Environment as EnvironmentMsg
@@ -141,7 +142,7 @@ def to_environment(message: EnvironmentMsg) -> Environment:
     return Environment(**values)
 
 
-def _to_message(parameters, kind: type):
+def _to_message(parameters, kind: Any):
     """Return the message of a dataclass whose fields have the same names."""
     message = kind()
     for name, type_name in kind.get_fields_and_field_types().items():

@@ -2,14 +2,14 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from coevo_manager.cluster import connect, own_cluster
 from coevo_manager.command_line import Parser, carry_out
-from coevo_manager.outlet import Outlet
+from coevo_manager.outlet import Outlet, make_console
 
 
 def make_parser() -> Parser:
@@ -31,12 +31,12 @@ def make_parser() -> Parser:
     return parser
 
 
-def main(argv=None) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Run a campaign; 0 when all runs finished, 1 when some failed, 2 for bad input."""
     arguments = make_parser().parse_args(argv)
-    from coevo_manager.runs.jobs import execute, read_campaign
+    from coevo_manager.runs.jobs import Job, execute, read_campaign
 
-    console = Console(file=Outlet(sys.stderr))
+    console = make_console(sys.stderr)
 
     def work() -> int:
         campaign = read_campaign(arguments.file)
@@ -45,7 +45,7 @@ def main(argv=None) -> int:
         with cluster as client, Progress(*columns, console=console) as progress:
             task = progress.add_task('runs', total=len(campaign.jobs))
 
-            def done(job, error):
+            def done(job: Job, error: str) -> None:
                 progress.advance(task)
                 progress.console.print(f'{job.folder.name}: {error or "finished"}', markup=False)
 

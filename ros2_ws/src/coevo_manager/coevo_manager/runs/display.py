@@ -16,7 +16,7 @@ from rich.text import Text
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import GenerationStats
-from coevo_manager.outlet import Outlet
+from coevo_manager.outlet import make_console
 from coevo_manager.runs.status import Status
 
 REFRESH_RATE = 4
@@ -33,7 +33,7 @@ class Display(Protocol):
     """Shows a run to its user; a context manager."""
 
     def __enter__(self) -> Display: ...
-    def __exit__(self, *_) -> None: ...
+    def __exit__(self, *_: object) -> None: ...
 
     def wait(self, what: str) -> None:
         """Show what the run waits for before it begins."""
@@ -56,7 +56,7 @@ def make_display(
     configuration: Configuration, quiet: bool = False, console: Console | None = None
 ) -> Display:
     """Return a live display for a terminal, plain lines for anything else, or one that is mute."""
-    console = console or Console(file=Outlet())
+    console = console or make_console()
     if quiet:
         return QuietDisplay()
     kind = TerminalDisplay if console.is_terminal else PlainDisplay
@@ -69,7 +69,7 @@ class QuietDisplay:
     def __enter__(self) -> QuietDisplay:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         pass
 
     def wait(self, what: str) -> None:
@@ -102,7 +102,7 @@ class TerminalDisplay:
         self._live.start()
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         self._live.stop()
 
     def wait(self, what: str) -> None:
@@ -152,7 +152,7 @@ class PlainDisplay:
     def __enter__(self) -> PlainDisplay:
         return self
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         pass
 
     def wait(self, what: str) -> None:

@@ -30,7 +30,7 @@ class _Interruption:
         signals = signal.SIGINT, signal.SIGTERM, signal.SIGHUP
         self._former = {number: signal.signal(number, self._receive) for number in signals}
 
-    def _receive(self, number: int, _) -> None:
+    def _receive(self, number: int, _: object) -> None:
         self.received.append(number)
         if self._stop is not None:
             self._stop()

@@ -136,7 +136,7 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
                 yield Job(condition, environment, configuration, out / name)
 
 
-def _seeds(path: Path, name: str, seeds) -> list[int]:
+def _seeds(path: Path, name: str, seeds: Any) -> list[int]:
     if not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) != len(seeds):
         raise CampaignError(
             f'{path}: {name} is {reprlib.repr(seeds)}, expected a list of different whole numbers'
@@ -172,7 +172,7 @@ def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Ma
     return given
 
 
-def _mapping(path: Path, name: str, value) -> dict:
+def _mapping(path: Path, name: str, value: Any) -> dict:
     if not isinstance(value, dict) or not all(isinstance(key, str) for key in value):
         raise CampaignError(f'{path}: {name} is {reprlib.repr(value)}, expected names with values')
     return value
@@ -210,7 +210,7 @@ def run_job(configuration: Configuration, folder: Path, condition: str) -> float
 
 
 def execute(
-    campaign: Campaign, client, done: Callable[[Job, str], None] = lambda job, error: None
+    campaign: Campaign, client: Any, done: Callable[[Job, str], None] = lambda job, error: None
 ) -> pd.DataFrame:
     """Run what is not finished, each run a task of the cluster, and write OUT/campaign.csv.
 

@@ -4,7 +4,6 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TextIO, cast
 
 from coevo_manager.command_line import Parser, add_option, carry_out
 from marxbot_sim.core.fields import Option
@@ -34,7 +33,6 @@ def make_parser() -> Parser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the executable; return 0, 2 for bad input, 1 for a full disk, 130 when interrupted."""
     options = make_parser().parse_args(argv)
-    from rich.console import Console
     from rich.progress import Progress
 
     from coevo_manager.analysis.figures.draw import save
@@ -43,14 +41,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     from coevo_manager.analysis.transfer.measure import measure_transfer, targets
     from coevo_manager.analysis.transfer.report import draw_transfer, to_markdown
     from coevo_manager.core.evolution.files import write_whole
-    from coevo_manager.outlet import Outlet
+    from coevo_manager.outlet import Outlet, make_console
 
     def work() -> int:
         runs = [read_run(folder) for folder in options.runs]
         options.out.mkdir(parents=True, exist_ok=True)
-        with Progress(
-            console=Console(file=cast(TextIO, Outlet(sys.stderr))), transient=True
-        ) as progress:
+        with Progress(console=make_console(sys.stderr), transient=True) as progress:
             task = progress.add_task('conditions', total=len(targets()))
             table = measure_transfer(
                 runs,
