@@ -1,5 +1,6 @@
 """Episodes over topics: equal to the headless ones bit for bit, and whole in their bags."""
 
+import dataclasses
 import io
 import json
 import signal
@@ -26,9 +27,9 @@ from sensor_msgs.msg import LaserScan
 from coevo_manager.core.environment import Environment, make_environment
 from coevo_manager.core.episodes import measure_pairs
 from coevo_manager.core.episodes.trace import trace_pair
-from coevo_manager.core.provenance import choose_environment
+from coevo_manager.core.provenance import EPISODE, choose_environment
 from coevo_manager.core.worlds import WORLDS
-from coevo_manager.recording.bag_reader import EPISODE, BagReader
+from coevo_manager.recording.bag_reader import BagReader
 from coevo_manager.recording.bag_writer import BagWriter
 from coevo_manager.recording.episode_player import EpisodePlayer
 from coevo_manager.recording.message_types import make_typestore
@@ -321,7 +322,10 @@ def test_the_action_plays_cancels_and_refuses(starter, client, tmp_path):
     assert answer.prey_complexity == pytest.approx(complexity[0, 1], rel=1e-5)
     assert feedback and feedback[-1].tick == trace.ticks
     assert feedback[-1].prey.x == trace.poses[-1, 1, 0]
-    assert (bag / 'metadata.yaml').exists()
+    with BagReader(bag) as reader:
+        record = json.loads(reader.attachment(EPISODE))
+    assert record['environment'] == dataclasses.asdict(environment)
+    assert record['prey']['genome'] == prey.tolist()
 
     status, answer = result(send(0))
     assert status == GoalStatus.STATUS_ABORTED and 'episode_ticks is 0' in answer.message

@@ -6,9 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from coevo_manager.core.environment import OPTIONS, Environment, make_environment
+from coevo_manager.core.species import SPECIES
 from coevo_manager.core.worlds import WORLDS
 from neuro_controller.core.champions import Champion
+
+EPISODE = 'episode.json'
+"""The attachment that tells what an episode was played in and by whom."""
 
 
 def world_settings(world: str) -> dict[str, Any]:
@@ -89,14 +95,29 @@ def describe(champion: Champion) -> str:
     return ' '.join(f'{champion}, world {world}'.split())
 
 
-def episode_record(environment: Environment, champions: Sequence[Champion]) -> dict[str, Any]:
-    """Return what an episode was played in and by whom, for JSON."""
+def episode_record(
+    environment: Environment, players: Sequence[Champion | np.ndarray]
+) -> dict[str, Any]:
+    """Return what an episode was played in and by whom, for JSON.
+
+    Parameters
+    ----------
+    environment : Environment
+    players : sequence of Champion or float arrays, shape (442,)
+        Predator and prey; of mere genes nobody knows where they evolved.
+    """
     record: dict[str, Any] = {'environment': asdict(environment)}
-    for champion in champions:
-        record[champion.species] = {
-            'description': describe(champion),
-            **asdict(champion.origin),
-            'rank': champion.rank,
-            'genome': champion.genome.tolist(),
-        }
+    for species, player in zip(SPECIES, players, strict=True):
+        if isinstance(player, Champion):
+            record[species] = {
+                'description': describe(player),
+                **asdict(player.origin),
+                'rank': player.rank,
+                'genome': player.genome.tolist(),
+            }
+        else:
+            record[species] = {
+                'description': f'{species} of unknown origin',
+                'genome': player.tolist(),
+            }
     return record

@@ -7,13 +7,11 @@ from mcap.stream_reader import StreamReader
 from rosbags.highlevel import AnyReader
 
 from coevo_manager.core.documents import read_document
+from coevo_manager.core.provenance import EPISODE
 from coevo_manager.core.species import SPECIES
 from coevo_manager.recording.message_types import make_typestore
 from coevo_manager.recording.recorder import GROUND_TRUTH, STATE
 from neuro_controller.core.reading import opened, parse_json, reading
-
-EPISODE = 'episode.json'
-"""The attachment that tells what an episode was played in and by whom."""
 
 _RECORD_LIMIT = 2**28
 """Bytes that a record may have, far more than those of an episode."""

@@ -1,6 +1,7 @@
 """Writing rosbag2 bags (MCAP, zstd) of serialised messages."""
 
 import contextlib
+import json
 import shutil
 import tempfile
 from pathlib import Path
@@ -15,6 +16,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from coevo_manager.core.provenance import EPISODE, episode_record
 from coevo_manager.recording.mcap_storage import McapStorage
 from coevo_manager.recording.message_types import make_typestore, stamp_reader
 
@@ -82,6 +84,11 @@ class BagWriter:
             yield
         except OSError as error:
             raise RuntimeError(f'{self._path} cannot be written: {error.strerror}') from None
+
+    def attach_record(self, environment, players):
+        """Keep in what an episode was played, and by whom, as `episode_record` takes them."""
+        record = episode_record(environment, players)
+        self.attach(EPISODE, 'application/json', json.dumps(record).encode())
 
     def attach(self, name, media_type, data):
         """Add a file (bytes) to the bag."""

@@ -69,6 +69,7 @@ class EpisodesNode(Node):
                 if request.bag:
                     with BagWriter(Path(request.bag)) as bag:
                         episode = player.play(*genomes, bag, tell)
+                        bag.attach_record(environment, genomes)
                 else:
                     episode = player.play(*genomes, None, tell)
         except (ValueError, RuntimeError, OSError) as error:  # TimeoutError is an OSError

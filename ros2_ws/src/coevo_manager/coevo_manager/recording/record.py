@@ -1,6 +1,5 @@
 """The executable record: one episode over topics, into a bag."""
 
-import json
 import sys
 
 from coevo_manager.command_line import (
@@ -12,8 +11,6 @@ from coevo_manager.command_line import (
     read_champions,
     read_environment,
 )
-from coevo_manager.core.provenance import episode_record
-from coevo_manager.recording.bag_reader import EPISODE
 from coevo_manager.recording.bag_writer import BagWriter
 from coevo_manager.recording.episode_player import EpisodePlayer
 from node_runner import own_arguments, run_ros
@@ -57,8 +54,7 @@ def main(arguments=None):
         pace, namespace = options.real_time_factor, options.namespace
         with EpisodePlayer(environment, pace, namespace) as player, BagWriter(options.bag) as bag:
             episode = player.play(*(champion.genome for champion in champions), bag)
-            record = episode_record(environment, champions)
-            bag.attach(EPISODE, 'application/json', json.dumps(record).encode())
+            bag.attach_record(environment, champions)
         outcome = 'prey captured' if episode.captured else 'prey got away'
         print(
             f'{outcome} at tick {episode.ticks} of {environment.episode_ticks}: fitness '

@@ -73,8 +73,12 @@ def test_a_champion_is_described_with_its_world():
         'predator of rank 0 in generation 500 of run first, commit abc, '
         'world varied but start_rotation 1.0'
     )
-    record = episode_record(Environment(), [predator])
+    record = episode_record(Environment(), [predator, np.arange(442.0)])
     assert record['predator']['description'] == describe(predator)
     assert record['predator']['configuration']['start_displacement'] == 0.3
     assert record['environment']['perturbations']['start_rotation'] == 0.0
+    assert record['prey'] == {
+        'description': 'prey of unknown origin',
+        'genome': list(range(442)),
+    }
     assert math.isclose(record['environment']['prey_speed'], 10.0)
