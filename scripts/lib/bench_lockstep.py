@@ -8,9 +8,9 @@ from marxbot_msgs.msg import ArenaState
 
 from coevo_manager.recording.episode_processes import TICK_TIMEOUT, EpisodeProcesses
 from coevo_manager.recording.recorder import STATE
-from neuro_controller.core.genome import GENE_RANGE, GENES, OUTPUT_BIASES
+from neuro_controller.core.genome import GENE_RANGE, GENES, LAYOUT
 
-STANDING = np.where(np.arange(GENES) == OUTPUT_BIASES + 1, -GENE_RANGE, 0.0)
+STANDING = np.where(np.arange(GENES) == LAYOUT.output_biases + 1, -GENE_RANGE, 0.0)
 """Genome of a robot that all but stands still: only the bias of the drive is not zero."""
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from coevo_manager import __version__
-from coevo_manager.core.environment import OPTIONS, Environment
+from coevo_manager.core.environment import OPTIONS, REPLACEABLE, Environment
 from coevo_manager.core.provenance import choose_environment
 from coevo_manager.core.species import SPECIES
 from coevo_manager.core.worlds import WORLD
@@ -155,7 +155,7 @@ def reader(option: Option) -> Callable[[str], Any]:
 
 
 def add_environment_options(
-    parser: argparse.ArgumentParser, names: Iterable[str] = OPTIONS
+    parser: argparse.ArgumentParser, names: Iterable[str] = REPLACEABLE
 ) -> None:
     """Add the options that replace what champions evolved in, all or some."""
     group = parser.add_argument_group('environment', 'in place of what the champions evolved in')

@@ -23,7 +23,7 @@ def parameters_yaml(genome, settings, provenance):
 
     Parameters
     ----------
-    genome : array_like, float32, shape (442,)
+    genome : array_like, float32, shape (genes,)
     settings : dict
         Parameters of the controller node by name, numbers or text.
     provenance : str

@@ -2,7 +2,7 @@
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
-from marxbot_msgs.msg import ArenaState, Camera, Ground
+from marxbot_msgs.msg import ArenaState, Camera, Ground, Readings
 from marxbot_msgs.srv import SetArena, SetPoses, Step
 from nav_msgs.msg import Odometry
 from rclpy.parameter import Parameter as RosParameter
@@ -14,6 +14,7 @@ from std_srvs.srv import SetBool, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
+from marxbot_sensors import MARXBOT
 from marxbot_sim.core.fields import options_of
 from marxbot_sim.core.parameters import PHYSICS, TICK, Arena
 from marxbot_sim.core.perturbations import Perturbations
@@ -123,6 +124,10 @@ SENSORS = (
         'force.x: force of walls and obstacle, N, its direction is not sensed; 1 N stands for a '
         'contact in kinematic physics',
         qos_profile_sensor_data,
+    ),
+    *(
+        Topic(sensor.topic, Readings, sensor.text, qos_profile_sensor_data)
+        for sensor in MARXBOT.further
     ),
 )
 """What a controller waits for, below each robot's name."""

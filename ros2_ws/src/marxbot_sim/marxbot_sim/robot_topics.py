@@ -5,11 +5,12 @@ from array import array
 
 import numpy as np
 from geometry_msgs.msg import Quaternion, WrenchStamped
-from marxbot_msgs.msg import Camera, Ground
+from marxbot_msgs.msg import Camera, Ground, Readings
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import ColorRGBA, String
 
+from marxbot_sensors import MARXBOT
 from marxbot_sim.core.drive import body_speeds
 from marxbot_sim.core.layout import CAMERA, GROUND, INFRARED, TOUCH
 from marxbot_sim.core.odometry import LEAST_VARIANCE
@@ -71,10 +72,17 @@ class RobotTopics:
         )
         self._camera_message, self._ground_message = Camera(), Ground()
         self._wrench = WrenchStamped()
+        self._further = [Readings() for _ in MARXBOT.further]
         self._odom_message = _odometry_message(f'{robot}/odom', base_frame)
         self._truth_message = _odometry_message('map', base_frame)
         self._joint_message = JointState(name=WHEEL_JOINTS)
-        for message in (self._scan, self._camera_message, self._ground_message, self._wrench):
+        for message in (
+            self._scan,
+            self._camera_message,
+            self._ground_message,
+            self._wrench,
+            *self._further,
+        ):
             message.header.frame_id = base_frame
         self.wheel_angles = np.zeros(2)
 
@@ -88,7 +96,7 @@ class RobotTopics:
         Parameters
         ----------
         stamp : builtin_interfaces.msg.Time
-        readings : float32 array, shape (37,)
+        readings : float32 array, shape (readings,)
             Infrared distances are published from the centre, from which they are exact in float32,
             and +inf where they are beyond the range (REP 117).
         force : float
@@ -100,7 +108,15 @@ class RobotTopics:
         self._camera_message.sectors = readings[CAMERA:GROUND]
         self._ground_message.darkness = readings[GROUND:TOUCH]
         self._wrench.wrench.force.x = float(force)
-        messages = self._scan, self._camera_message, self._ground_message, self._wrench
+        for message, sensor in zip(self._further, MARXBOT.further, strict=True):
+            message.values = array('f', readings[MARXBOT.rows(sensor)].tobytes())
+        messages = (
+            self._scan,
+            self._camera_message,
+            self._ground_message,
+            self._wrench,
+            *self._further,
+        )
         for publisher, message in zip(self._sensors, messages, strict=True):
             message.header.stamp = stamp
             publisher.publish(message)

@@ -14,6 +14,7 @@ from rclpy.parameter import Parameter
 from rclpy.time import Time
 from std_srvs.srv import Trigger
 
+from marxbot_sensors import MARXBOT
 from neuro_controller.core.controller import Controller
 from neuro_controller.core.genome import GENES
 from neuro_controller.core.limits import Limits
@@ -28,7 +29,7 @@ from neuro_controller.interface import (
     SENSORS,
     command_topic,
 )
-from neuro_controller.sensors import READINGS, Sensors
+from neuro_controller.sensors import Sensors
 from neuro_controller.transitions import make_transitions_safe
 from node_runner import Complaints, Concerns, run_node
 
@@ -48,7 +49,7 @@ class ControllerNode(LifecycleNode):
         self._on_sensors = self._value('trigger') == 'sensors'
         self._timeout = self._value('sensor_timeout')
         # Compiled now, not at the first tick.
-        Controller(np.zeros(GENES), 1.0).step(np.zeros(READINGS))
+        Controller(np.zeros(GENES), 1.0).step(np.zeros(MARXBOT.readings))
         self._pilot = self._make_pilot({})
         self._sensors = Sensors(
             *map(self._value, ('contact_threshold', 'body_radius', 'stamp_tolerance'))

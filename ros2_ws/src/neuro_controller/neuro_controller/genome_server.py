@@ -6,6 +6,7 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from neuro_controller.core.champions import SHIPPED
+from neuro_controller.core.genome import check_genomes
 from neuro_controller.core.origin import read_origin
 from neuro_controller.core.snapshot import SPECIES, read_snapshot, snapshots
 from neuro_controller.interface import GENOME_SERVER
@@ -13,7 +14,7 @@ from node_runner import Concerns, run_node
 
 
 class GenomeServer(Node):
-    """Holds each champion as a read-only array of 442 doubles, and what it evolved with.
+    """Holds each champion as a read-only array of doubles, and what it evolved with.
 
     ``predator`` and ``prey`` are the champions of the run's last snapshot, or without a run those
     shipped for the open arena; ``gen_000500.predator`` is the champion of one snapshot, and
@@ -44,6 +45,7 @@ class GenomeServer(Node):
 
     def _serve(self, prefix, path):
         snapshot, origin = read_snapshot(path), read_origin(path)
+        check_genomes(snapshot.predators, f'predators of {path}', origin.layout)
         for species in SPECIES:
             self._hold(f'{prefix}{species}', snapshot.best(species, 1)[0].tolist(), path)
             for name, value in origin.settings(species).items():

@@ -5,14 +5,15 @@ import math
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped, WrenchStamped
 from lifecycle_msgs.srv import ChangeState, GetState
-from marxbot_msgs.msg import Camera, Ground, Neurons
+from marxbot_msgs.msg import Camera, Ground, Neurons, Readings
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Trigger
 
+from marxbot_sensors import MARXBOT
 from neuro_controller.core.drive import BODY_RADIUS, WHEEL_RADIUS, WHEEL_SEPARATION
-from neuro_controller.core.genome import GENES
+from neuro_controller.core.genome import GENES, HIDDEN, LAYOUT, OUTPUTS
 from neuro_controller.core.settings import (
     GROUND_CODINGS,
     INFRARED_RESPONSES,
@@ -26,7 +27,10 @@ QUEUE = QoSProfile(depth=10)
 """Reliable."""
 
 GENOME = Parameter(
-    'genome', RosParameter.Type.DOUBLE_ARRAY, f'{GENES} genes from -5 to 5', live=True
+    'genome',
+    RosParameter.Type.DOUBLE_ARRAY,
+    f'{GENES} genes from -5 to 5; another number of them means other than {HIDDEN} hidden neurons',
+    live=True,
 )
 
 NETWORK = (
@@ -157,12 +161,17 @@ SENSORS = (
     Topic('camera', Camera, '8 sectors, 0 to 1', qos_profile_sensor_data),
     Topic('ground', Ground, '4 darkness values, 0 to 1', qos_profile_sensor_data),
     Topic('traction', WrenchStamped, 'horizontal force, N', qos_profile_sensor_data),
+    *(
+        Topic(sensor.topic, Readings, sensor.text, qos_profile_sensor_data)
+        for sensor in MARXBOT.further
+    ),
 )
 
 NEURONS = Topic(
     'neurons',
     Neurons,
-    '25 inputs, 10 hidden, 2 outputs, 0 to 1, stamped as the command they led to',
+    f'{LAYOUT.inputs} inputs, {HIDDEN} hidden, {OUTPUTS} outputs, 0 to 1, stamped as the command '
+    'they led to',
     QUEUE,
 )
 
@@ -207,10 +216,10 @@ CONTROLLER = Interface(
 
 GENOME_SERVER = Interface(
     'neuro_controller genome_server',
-    'holds genomes as read-only parameters of 442 doubles, best of their population: predator and '
-    'prey of the last snapshot of the run, gen_000500.predator of each snapshot, open.predator, '
-    'obstacle.prey ... as shipped. Below each stand the settings that it evolved with, such as '
-    'predator.motor_map.',
+    'holds genomes as read-only parameters, arrays of double, best of their population: predator '
+    'and prey of the last snapshot of the run, gen_000500.predator of each snapshot, '
+    'open.predator, obstacle.prey ... as shipped. Below each stand the settings that it evolved '
+    'with, such as predator.motor_map.',
     (
         Parameter(
             'run', '', 'run folder or snapshot; empty: the shipped champions of the open arena'

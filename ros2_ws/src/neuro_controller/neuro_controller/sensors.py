@@ -4,19 +4,9 @@ import math
 
 import numpy as np
 
-from neuro_controller.core.network import (
-    CAMERA_READINGS,
-    GROUND_READINGS,
-    INFRARED_READINGS,
-    TOUCH_READING,
-)
+from marxbot_sensors import CAMERA, GROUND, INFRARED, MARXBOT, TOUCH
 
-SENSORS = ('proximity', 'camera', 'ground', 'traction')
-"""Topics of the sensors."""
-
-READINGS = TOUCH_READING + 1
 _NANOSECONDS = 10**9
-_RAYS = CAMERA_READINGS - INFRARED_READINGS
 _NEVER = -math.inf
 
 
@@ -31,18 +21,22 @@ class Sensors:
         What is taken off each range, m: distances count from the body's rim.
     tolerance : float
         By how much the stamps of a complete set may differ, s.
+    robot : marxbot_sensors.Robot
+        Whose sensors they are.
 
     Attributes
     ----------
-    readings : float32 array, shape (37,)
-        24 infrared distances, m; 8 camera sectors; 4 ground sensors; contact.
+    readings : float32 array, shape (robot.readings,)
+        What the robot's sensors read, in their order.
     """
 
-    def __init__(self, contact_threshold, body_radius, tolerance):
+    def __init__(self, contact_threshold, body_radius, tolerance, robot=MARXBOT):
+        self._robot = robot
+        self._sensors = {sensor.topic: sensor for sensor in robot.sensors}
         self._contact_threshold = contact_threshold
         self._body_radius = np.float32(body_radius)
         self._tolerance = round(tolerance * _NANOSECONDS)
-        self.readings = np.zeros(READINGS, np.float32)
+        self.readings = np.zeros(robot.readings, np.float32)
         self.forget()
 
     def take(self, sensor, message, now, arrival):
@@ -51,7 +45,7 @@ class Sensors:
         Parameters
         ----------
         sensor : str
-            One of `SENSORS`.
+            Its topic.
         message
             Its message.
         now : float
@@ -64,32 +58,36 @@ class Sensors:
         ValueError
             The message makes no sense; the readings stay as they were.
         """
-        getattr(self, f'_take_{sensor}')(message)
+        self._take(self._sensors[sensor], message)
         stamp = message.header.stamp
         self._stamps[sensor] = stamp.sec * _NANOSECONDS + stamp.nanosec or arrival
         self._received[sensor] = now
         self._fresh.add(sensor)
 
-    def _take_proximity(self, message):
+    def _take(self, sensor, message):
+        """Put a sensor's message among the readings."""
+        if sensor == INFRARED:
+            values = self._distances(message)
+        elif sensor == TOUCH:
+            values = self._contact(message)
+        else:
+            field = {CAMERA: 'sectors', GROUND: 'darkness'}.get(sensor, 'values')
+            values = _within(sensor, getattr(message, field))
+        if len(values) != sensor.count:
+            raise ValueError(f'{sensor.topic} has {len(values)} values, expected {sensor.count}')
+        self.readings[self._robot.rows(sensor)] = values
+
+    def _distances(self, message):
         distances = np.asarray(message.ranges, np.float32)
-        if distances.shape != (_RAYS,):
-            raise ValueError(f'proximity has {distances.size} ranges, expected {_RAYS}')
         if np.isnan(distances).any():
             raise ValueError('proximity has a range that is not a number')
-        distances = np.maximum(distances - self._body_radius, 0)
-        self.readings[INFRARED_READINGS:CAMERA_READINGS] = distances
+        return np.maximum(distances - self._body_radius, 0)
 
-    def _take_camera(self, message):
-        self.readings[CAMERA_READINGS:GROUND_READINGS] = _fractions('camera', message.sectors)
-
-    def _take_ground(self, message):
-        self.readings[GROUND_READINGS:TOUCH_READING] = _fractions('ground', message.darkness)
-
-    def _take_traction(self, message):
+    def _contact(self, message):
         force = math.hypot(message.wrench.force.x, message.wrench.force.y)
         if math.isnan(force):
             raise ValueError('traction has a force that is not a number')
-        self.readings[TOUCH_READING] = force > self._contact_threshold
+        return [force > self._contact_threshold]
 
     def complete_set(self):
         """Return the latest stamp, ns, of a complete set of readings; None where there is none.
@@ -97,7 +95,7 @@ class Sensors:
         A set has a message of each sensor that no set before had, and their stamps differ by no
         more than the tolerance.
         """
-        if len(self._fresh) < len(SENSORS) or self._spread() > self._tolerance:
+        if len(self._fresh) < len(self._sensors) or self._spread() > self._tolerance:
             return None
         self._fresh.clear()
         return max(self._stamps.values())
@@ -107,7 +105,7 @@ class Sensors:
 
     def why_incomplete(self):
         """Return, as words after 'no complete set of readings', what keeps the next one back."""
-        missing = [sensor for sensor in SENSORS if sensor not in self._fresh]
+        missing = [sensor for sensor in self._sensors if sensor not in self._fresh]
         if missing:
             return f'no new {" and no new ".join(missing)}'
         return (
@@ -117,17 +115,18 @@ class Sensors:
 
     def silent(self, now, timeout):
         """Return the names of sensors whose last good message is older than `timeout`, s."""
-        return [sensor for sensor in SENSORS if now - self._received[sensor] > timeout]
+        return [sensor for sensor in self._sensors if now - self._received[sensor] > timeout]
 
     def forget(self):
         """Count every sensor as silent."""
         self._stamps = {}
-        self._received = dict.fromkeys(SENSORS, _NEVER)
+        self._received = dict.fromkeys(self._sensors, _NEVER)
         self._fresh = set()
 
 
-def _fractions(sensor, values):
+def _within(sensor, values):
+    """Return a message's values, kept in the sensor's range."""
     values = np.asarray(values, np.float32)
     if np.isnan(values).any():
-        raise ValueError(f'{sensor} has a value that is not a number')
-    return np.clip(values, 0, 1)
+        raise ValueError(f'{sensor.topic} has a value that is not a number')
+    return np.clip(values, sensor.low, sensor.high)

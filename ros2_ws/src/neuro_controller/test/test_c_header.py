@@ -144,7 +144,7 @@ def test_the_example_sketch_drives_on_the_host(tmp_path):
     ('arguments', 'sentence'),
     [
         ((np.zeros(442), 'Bad Name', 10.0), 'name is'),
-        ((np.zeros(441), 'robot', 10.0), 'genome has shape'),
+        ((np.zeros(441), 'robot', 10.0), 'genome has 441 genes'),
         ((np.full(442, 6.0), 'robot', 10.0), 'genome has the value 6.0'),
         ((np.zeros(442), 'robot', 0.0), 'max_wheel_speed is 0.0'),
         ((np.zeros(442), 'robot', 10.0, 'odd'), 'motor_map is'),

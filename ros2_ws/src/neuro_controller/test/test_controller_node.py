@@ -236,7 +236,7 @@ def test_malformed_messages_are_refused_by_name_and_stop_the_robot(robot, client
     short = LaserScan(ranges=array('f', [0.1] * 23))
     nan = Camera(sectors=np.full(8, np.nan, np.float32))
     for name, message, sentence in (
-        ('proximity', short, 'proximity has 23 ranges, expected 24'),
+        ('proximity', short, 'proximity has 23 values, expected 24'),
         ('camera', nan, 'camera has a value that is not a number'),
     ):
         check_drives(robot, GENOMES[0], ticks=2)

@@ -13,10 +13,13 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 
+from marxbot_sensors import MARXBOT
 from neuro_controller.core.champions import SHIPPED
 from neuro_controller.core.snapshot import read_snapshot
 from neuro_controller.interface import NETWORK
-from neuro_controller.sensors import SENSORS, Sensors
+from neuro_controller.sensors import Sensors
+
+SENSORS = [sensor.topic for sensor in MARXBOT.sensors]
 
 TYPES = {
     'proximity': LaserScan,

@@ -1,7 +1,8 @@
 """Sixteen 32-bit lanes as one value, and elementary functions over them."""
 
 from simd_lanes import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
-from simd_lanes.cache import compile_kernel, kernel_part
+from simd_lanes.cache import INLINED, compile_kernel, kernel_part, source_stamp
+from simd_lanes.constants import compile_for
 from simd_lanes.functions import (
     arcsine,
     arctan2,
@@ -36,6 +37,7 @@ from simd_lanes.lanes import (
 
 __all__ = [
     'HALF',
+    'INLINED',
     'LANES',
     'Lanes',
     'Mask',
@@ -45,6 +47,7 @@ __all__ = [
     'any_lane',
     'arcsine',
     'arctan2',
+    'compile_for',
     'compile_kernel',
     'copy_sign',
     'cosine',
@@ -60,6 +63,7 @@ __all__ = [
     'select',
     'signed',
     'sine_over',
+    'source_stamp',
     'splat',
     'square_root',
     'store',

@@ -8,6 +8,9 @@ from pathlib import Path
 import numba
 from numba.core.caching import FunctionCache
 
+INLINED = {'forceinline': True, '_nrt': False}
+"""How Numba compiles the parts of kernels."""
+
 
 def compile_kernel(function):
     """Compile a function that Python calls, without the GIL, and keep the result on disk.
@@ -44,7 +47,7 @@ def kernel_part(function):
     function : callable
         What ``numba.njit`` takes.
     """
-    return numba.njit(forceinline=True, _nrt=False)(function)  # type: ignore[call-overload]
+    return numba.njit(**INLINED)(function)  # type: ignore[call-overload]
 
 
 class _KernelCache(FunctionCache):
@@ -52,7 +55,7 @@ class _KernelCache(FunctionCache):
 
     def __init__(self, function):
         super().__init__(function)
-        self._cache_file._source_stamp = _stamp(function)
+        self._cache_file._source_stamp = source_stamp(function)
 
     def save_overload(self, sig, data):
         """Keep what was compiled; on a full disk the next process compiles again."""
@@ -60,7 +63,9 @@ class _KernelCache(FunctionCache):
             super().save_overload(sig, data)
 
 
-def _stamp(function):
+def source_stamp(function):
+    """Return a digest of all sources that a function depends on; compiled functions will do."""
+    function = getattr(function, 'py_func', function)
     digest = hashlib.sha256()
     for folder in sorted(_folders(function, set())):
         for source in sorted(folder.glob('*.py')):

@@ -17,6 +17,7 @@ from coevo_manager.core.episodes import Environment
 from coevo_manager.core.evolution.checkpoint import check_content
 from coevo_manager.core.evolution.run_folder import LOGS, read_record, read_run_json
 from coevo_manager.core.species import SPECIES
+from neuro_controller.core.genome import check_genomes
 from neuro_controller.core.snapshot import Snapshot, read_snapshot, snapshots
 
 if TYPE_CHECKING:
@@ -94,6 +95,7 @@ class Replication:
         snapshot = read_snapshot(path)
         size = self.configuration.population
         found = snapshot.fitness.shape
+        check_genomes(snapshot.predators, f'predators of {path}', self.configuration.layout)
         if snapshot.generation != generation or found != (size, size):
             raise AnalysisError(
                 f'{path} should hold generation {generation} of {size} predators and {size} prey, '

@@ -9,6 +9,7 @@ from typing import Any
 from coevo_manager.core.environment import OPTIONS, Environment, make_environment
 from coevo_manager.core.worlds import WORLD
 from marxbot_sim.core.fields import Option, check_fields, described, options_of, same_as
+from neuro_controller.core.genome import Layout
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,6 +108,7 @@ class Configuration:
 
     world: str = same_as(WORLD)
     environment: str = same_as(OPTIONS['environment'])
+    hidden: int = same_as(OPTIONS['hidden'])
     motor_map: str = same_as(OPTIONS['motor_map'])
     predator_speed: float | None = same_as(OPTIONS['predator_speed'])
     prey_speed: float = same_as(OPTIONS['prey_speed'])
@@ -146,6 +148,11 @@ class Configuration:
         """Return the environment of every episode of the run."""
         environment = make_environment(self.as_dict())
         return dataclasses.replace(environment, repetitions=self.episodes_per_opponent)
+
+    @property
+    def layout(self) -> Layout:
+        """What the genomes of the run are genomes of."""
+        return Layout(self.hidden)
 
     @property
     def pair_ticks(self) -> int:

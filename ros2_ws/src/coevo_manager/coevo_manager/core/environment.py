@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, ClassVar
 
+from marxbot_sensors import MARXBOT, Robot
 from marxbot_sim.core.fields import Option, check_fields, described, options_of, same_as
 from marxbot_sim.core.parameters import PHYSICS, PREDATOR_WHEEL_SPEED, PREY_WHEEL_SPEED, Arena
 from marxbot_sim.core.perturbations import PERFECT, Perturbations
+from neuro_controller.core.genome import HIDDEN, MAX_HIDDEN, Layout
 from neuro_controller.core.settings import (
     GROUND_CODINGS,
     INFRARED_RESPONSES,
@@ -44,6 +46,13 @@ class Environment:
     """
 
     obstacle: bool = same_as(_ARENA['obstacle'])
+    hidden: int = described(
+        HIDDEN,
+        "hidden neurons of the robots' controllers",
+        'neurons',
+        minimum=1,
+        maximum=MAX_HIDDEN,
+    )
     motor_map: str = described(
         'signed',
         'motor equations 3 and 4 signed (2 rm - 1 in place of rm), so that robots can drive '
@@ -90,6 +99,9 @@ class Environment:
     )
     perturbations: Perturbations = PERFECT
 
+    robot: ClassVar[Robot] = MARXBOT
+    """Whose sensors both robots have; a subclass may name another."""
+
     def __post_init__(self) -> None:
         check_fields(self)
         if self.predator_speed is None:
@@ -105,6 +117,11 @@ class Environment:
             wall_friction=self.wall_friction,
             wall_contact=self.wall_contact,
         )
+
+    @property
+    def layout(self) -> Layout:
+        """What every controller is made of."""
+        return Layout(self.hidden, self.robot)
 
     @property
     def network_settings(self) -> dict[str, Any]:
@@ -144,6 +161,9 @@ OPTIONS: dict[str, Option] = {
 """How configurations and command lines describe an environment, by name: one flat list, where
 `environment` stands for the obstacle, a pair plays once, and the perturbations' `robots` and
 `seed` have names that can stand alone."""
+
+REPLACEABLE = tuple(name for name in OPTIONS if name != 'hidden')
+"""What may be another than where a genome evolved; its hidden neurons are its own."""
 
 
 def make_environment(values: Mapping[str, Any]) -> Environment:

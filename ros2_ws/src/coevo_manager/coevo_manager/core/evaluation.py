@@ -17,7 +17,7 @@ class Batch:
 
     Attributes
     ----------
-    predators, prey : float32 (P, 442), (Q, 442)
+    predators, prey : float32 (P, genes), (Q, genes)
         Genomes, C-contiguous. Whoever submits a batch leaves its arrays unchanged until it
         is collected or cancelled, so that an evaluator may send them again.
     predator_index, prey_index : uint32 (n,), (n,)
@@ -44,10 +44,10 @@ class Lineage:
     ----------
     species : str
         The lineage's; the opponents are of the other one.
-    parent : float32 (442,)
+    parent : float32 (genes,)
     parent_ticks : int
         Its capture ticks summed over the opponents.
-    opponents : float32 (m, 442)
+    opponents : float32 (m, genes)
     redrawn : uint32 (g,)
         Number of genes that each mutation redraws.
     genes, values : uint32 (c,), float32 (c,)
@@ -153,7 +153,7 @@ def all_pairs(species: str, ours: np.ndarray, theirs: np.ndarray) -> Batch:
     ----------
     species : str
         Ours: 'predator' or 'prey'.
-    ours, theirs : float32 (k, 442), (m, 442)
+    ours, theirs : float32 (k, genes), (m, genes)
         Episode ``i * m + j`` is that of ours i and theirs j.
     """
     index = np.indices((len(ours), len(theirs)), np.uint32).reshape(2, -1)
@@ -177,7 +177,7 @@ def evaluate_all(
     Parameters
     ----------
     evaluator : Evaluator
-    predators, prey : float32 (P, 442), (Q, 442)
+    predators, prey : float32 (P, genes), (Q, genes)
     stop : Event
 
     Returns

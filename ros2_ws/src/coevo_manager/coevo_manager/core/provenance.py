@@ -69,6 +69,11 @@ def choose_environment(
     values, replaced = {}, []
     for name in OPTIONS:
         found = {species: world[name] for species, world in own.items() if name in world}
+        if name == 'hidden' and len(set(found.values())) > 1:
+            raise ValueError(
+                f'predator has {found["predator"]} hidden neurons and prey {found["prey"]}, '
+                'expected as many in both'
+            )
         values[name] = wanted.get(name, next(iter(found.values())))
         differing = {species: v for species, v in found.items() if v != values[name]}
         if differing and name not in wanted:

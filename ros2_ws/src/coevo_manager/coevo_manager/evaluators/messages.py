@@ -13,7 +13,7 @@ from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.evaluation import Batch, Lineage
 from marxbot_sim.core.perturbations import Perturbations
-from neuro_controller.core.genome import GENE_RANGE, GENES, check_genomes
+from neuro_controller.core.genome import GENE_RANGE, Layout, check_genomes
 
 
 def to_sequence(values: np.ndarray, typecode: str) -> array.array:
@@ -61,8 +61,9 @@ def to_batch(request: EvaluateBatch.Request) -> Batch:
     ValueError
         A genome's length or a gene, or an index, is wrong: one sentence.
     """
-    predators = _to_genomes(request.predators, 'predators')
-    prey = _to_genomes(request.prey, 'prey')
+    layout = Layout(request.environment.hidden)
+    predators = _to_genomes(request.predators, 'predators', layout)
+    prey = _to_genomes(request.prey, 'prey', layout)
     predator_index = _to_index(request.predator_index, len(predators), 'predator_index')
     prey_index = _to_index(request.prey_index, len(prey), 'prey_index')
     if len(predator_index) != len(prey_index):
@@ -81,15 +82,16 @@ def to_lineage(request: EvaluateLineage.Request) -> Lineage:
     ValueError
         A genome's length or a gene is wrong, or there is too little of something: one sentence.
     """
-    parent = _to_genomes(request.parent, 'parent')
+    layout = Layout(request.environment.hidden)
+    parent = _to_genomes(request.parent, 'parent', layout)
     if len(parent) != 1:
-        raise ValueError(f'parent has {len(request.parent)} numbers, expected {GENES}')
-    opponents = _to_genomes(request.opponents, 'opponents')
+        raise ValueError(f'parent has {len(request.parent)} numbers, expected {layout.genes}')
+    opponents = _to_genomes(request.opponents, 'opponents', layout)
     redrawn = np.frombuffer(request.redrawn, np.uint32)
     if not len(opponents) or not len(redrawn):
         name = 'redrawn' if len(opponents) else 'opponents'
         raise ValueError(f'{name} is empty, expected at least one')
-    genes = _to_index(request.genes, GENES, 'genes')
+    genes = _to_index(request.genes, layout.genes, 'genes')
     values = np.frombuffer(request.values, np.float32)
     changes = int(redrawn.sum(dtype=np.uint64))
     for name, entries in (('genes', genes), ('values', values)):
@@ -105,14 +107,16 @@ def to_lineage(request: EvaluateLineage.Request) -> Lineage:
     return Lineage(species, parent[0], request.parent_ticks, opponents, redrawn, genes, values)
 
 
-def _to_genomes(sequence: array.array, name: str) -> np.ndarray:
+def _to_genomes(sequence: array.array, name: str, layout: Layout) -> np.ndarray:
     genes = np.frombuffer(sequence, np.float32)
-    if genes.size % GENES:
-        raise ValueError(f'{name} has {genes.size} numbers, expected {GENES} for each genome')
-    genomes = genes.reshape(-1, GENES)
+    if genes.size % layout.genes:
+        raise ValueError(
+            f'{name} has {genes.size} numbers, expected {layout.genes} for each genome'
+        )
+    genomes = genes.reshape(-1, layout.genes)
     if not genes.size or (genes.min() >= -GENE_RANGE and genes.max() <= GENE_RANGE):
         return genomes
-    return check_genomes(genomes, name)  # says what is wrong
+    return check_genomes(genomes, name, layout)  # says what is wrong
 
 
 def _to_index(sequence: array.array, count: int, name: str) -> np.ndarray:

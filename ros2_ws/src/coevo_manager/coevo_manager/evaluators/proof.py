@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from coevo_manager.core.evaluation import Batch, Lineage, all_pairs
-from neuro_controller.core.genome import random_genomes
+from neuro_controller.core.genome import LAYOUT, Layout, random_genomes
 
 
 def fault(
@@ -34,11 +34,12 @@ def fault(
     return ''
 
 
-def known_episodes() -> Batch:
+def known_episodes(layout: Layout = LAYOUT) -> Batch:
     """Return the episodes by which evaluators are compared: sixteen pairs of random genomes."""
     rng = np.random.default_rng(0)
     pairs = np.arange(16, dtype=np.uint32)
-    return Batch(random_genomes(16, rng), random_genomes(16, rng), pairs, pairs)
+    predators, prey = (random_genomes(16, rng, layout) for _ in range(2))
+    return Batch(predators, prey, pairs, pairs)
 
 
 def sample(

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from coevo_manager.evaluators.client import EvaluatorClient, Question, Trial
 from coevo_manager.evaluators.process import END_TIMEOUT, OWN_PREFIX, EvaluatorProcess
 from coevo_manager.evaluators.proof import known_episodes
+from neuro_controller.core.genome import Layout
 from node_runner.children import end_all
 
 SERVICE_TYPE = 'coevo_msgs/srv/EvaluateBatch'
@@ -78,7 +79,7 @@ class Roster:
         on_loss: Callable[[list[Question]], int],
     ) -> None:
         self.clients: list[EvaluatorClient] = []
-        self.trial = Trial(known_episodes())
+        self.trial = Trial(known_episodes(Layout(environment.hidden)))
         self._trial_ticks: np.ndarray | None = None
         self._node = node
         self._environment = environment

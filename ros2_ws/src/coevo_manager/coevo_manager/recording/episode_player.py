@@ -14,6 +14,7 @@ from coevo_manager.recording.episode_processes import (
 )
 from coevo_manager.recording.recorder import COMMANDS, GROUND_TRUTH, Recorder
 from marxbot_sim.core.drive import wheel_speeds
+from neuro_controller.core.genome import check_genomes
 
 CHUNK = 8
 """Ticks that the simulator makes at a stretch in lockstep: the publishers of commands and neurons
@@ -77,6 +78,7 @@ class EpisodePlayer:
             )
         if environment.repetitions != 1:
             raise ValueError(f'repetitions is {environment.repetitions}, expected 1 over topics')
+        self._layout = environment.layout
         self._length = environment.episode_ticks
         self._lockstep = real_time_factor == 0
         self._pace = real_time_factor or 1.0
@@ -95,7 +97,7 @@ class EpisodePlayer:
 
         Parameters
         ----------
-        predator, prey : array_like, shape (442,)
+        predator, prey : array_like, shape (genes,)
             Genomes.
         bag : BagWriter or None
             Where to write every message.
@@ -109,10 +111,12 @@ class EpisodePlayer:
         Raises
         ------
         ValueError
-            A genome is refused by its controller.
+            A genome is not one of the environment's layout, or is refused by its controller.
         TimeoutError, RuntimeError
             A process ended or hangs, or a message was lost.
         """
+        for name, genome in (('predator', predator), ('prey', prey)):
+            check_genomes(np.atleast_2d(genome), name, self._layout)
         self._processes.set_genomes(predator, prey)
         if self._recorder is None:
             self._processes.activate()

@@ -6,6 +6,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
 from coevo_manager.recording.message_types import message_class, stamp_reader
+from marxbot_sensors import MARXBOT
 from marxbot_sim.core.parameters import TICK
 from marxbot_sim.core.simulation import ROBOTS
 
@@ -14,7 +15,7 @@ def _of_robots(*names):
     return tuple(f'/{robot}/{name}' for robot in ROBOTS for name in names)
 
 
-SENSORS = _of_robots('proximity', 'camera', 'ground', 'traction')
+SENSORS = _of_robots(*(sensor.topic for sensor in MARXBOT.sensors))
 COMMANDS = _of_robots('cmd_vel')
 NEURONS = _of_robots('neurons')
 GROUND_TRUTH = _of_robots('ground_truth')

@@ -18,7 +18,7 @@ from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.play.probe import SearchBudget
 from coevo_manager.analysis.play.tournament import Evaluations, Store
 from coevo_manager.analysis.report import player
-from coevo_manager.analysis.report.packing import pack
+from coevo_manager.analysis.report.packing import layer_places, pack
 from coevo_manager.analysis.report.page import answer
 from coevo_manager.analysis.runs import read_run, read_runs
 from coevo_manager.analysis.study import collect
@@ -27,8 +27,9 @@ from coevo_manager.core.behaviour import complexity as complexity_of
 from coevo_manager.core.episodes import evaluate_matrix, measure_pairs, trace_pair
 from coevo_manager.core.evolution import load_configuration
 from coevo_manager.core.species import SPECIES
+from neuro_controller.core.genome import LAYOUT
 
-CHANNELS = 61
+CHANNELS = layer_places(LAYOUT)['channels']
 
 
 @pytest.fixture(scope='module')

@@ -10,7 +10,7 @@ from coevo_manager.core.evolution.matchup import Evolved, Meeting
 from coevo_manager.core.evolution.meta_strategy import SOLVERS, systematic_sample
 from coevo_manager.core.evolution.record import Record
 from coevo_manager.core.evolution.state import State
-from neuro_controller.core.genome import GENES
+from neuro_controller.core.genome import GENES, LAYOUT
 
 T = 1000
 
@@ -52,7 +52,7 @@ def settle(algorithm, state, **phase):
 
 
 def test_an_archive_keeps_all_in_the_order_they_came():
-    archive = Archive()
+    archive = Archive(LAYOUT)
     archive.add(genomes(*range(-2, 2)))
     archive.add(genomes(*(i / 10 for i in range(30))))
     assert archive.genomes[:, 0].tolist() == pytest.approx([-2, -1, 0, 1, *np.arange(30) / 10])

@@ -11,7 +11,6 @@ from marxbot_sim.core.layout import (
     GROUND,
     INFRARED,
     LEFT,
-    READING_ROWS,
     RIGHT,
     WHEEL_ROWS,
 )
@@ -143,7 +142,7 @@ def _mix_tick(counters):
 
 @kernel_part
 def disturb_readings(disturbance, readings):
-    """Add the tick's noise to what the robots sense, float32 (READING_ROWS, 16)."""
+    """Add the tick's noise to what the robots sense, float32 (readings, 16)."""
     settings = disturbance.settings
     infrared = load(settings, INFRARED_NOISE)
     camera, ground = load(settings, CAMERA_NOISE), load(settings, GROUND_NOISE)
@@ -279,7 +278,6 @@ class PerturbedRobots:
         self._seed = perturbations.seed
         self._starts = make_starts(perturbations)
         self._disturbance = make_disturbance(perturbations, max_wheel_speeds)
-        self._readings = aligned_rows(READING_ROWS)
         self._commands = aligned_rows(WHEEL_ROWS)
 
     def starts(self, episodes=(0, 0)):
@@ -309,12 +307,13 @@ class PerturbedRobots:
                 begin(self._disturbance, lane, self._seed, np.uint64(episode))
 
     def sense(self, readings):
-        """Return what robots read whose true readings are these, float32 of shape (2, 37)."""
+        """Return what robots read whose true readings are these, float32 (2, readings)."""
         if self._disturbance is None:
             return readings
-        self._readings[:, ROBOT_LANES] = readings.T
-        _disturb_readings(self._disturbance, self._readings)
-        return self._readings[:, ROBOT_LANES].T.copy()
+        rows = aligned_rows(readings.shape[1])
+        rows[:, ROBOT_LANES] = readings.T
+        _disturb_readings(self._disturbance, rows)
+        return rows[:, ROBOT_LANES].T.copy()
 
     def drive(self, commands):
         """Carry out a tick's commands.

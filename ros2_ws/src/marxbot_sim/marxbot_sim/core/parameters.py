@@ -7,6 +7,7 @@ et al. 2014).
 import math
 from dataclasses import dataclass
 
+from marxbot_sensors import CAMERA, INFRARED
 from marxbot_sim.core.fields import check_fields, described
 
 BODY_RADIUS = 0.085
@@ -21,13 +22,13 @@ WHEEL_SEPARATION = 0.1265
 TICK = 0.1
 """Period of sensing, control and motion, s (paper A1: 10 Hz)."""
 
-INFRARED_RAYS = 24
+INFRARED_RAYS = INFRARED.count
 """Infrared sensors; ray i points 7.5 + 15 i degrees counter-clockwise from the heading (FARSA)."""
 
-INFRARED_RANGE = 0.1
+INFRARED_RANGE = INFRARED.high
 """Reach of an infrared ray from the body's rim, m (FARSA)."""
 
-CAMERA_SECTORS = 8
+CAMERA_SECTORS = CAMERA.count
 """Camera sectors; sector k spans [45 k, 45 (k + 1)) degrees counter-clockwise
 from the heading (paper A2)."""
 

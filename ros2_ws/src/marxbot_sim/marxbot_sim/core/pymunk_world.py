@@ -12,6 +12,7 @@ import numpy as np
 import pymunk
 from pymunk import batch
 
+from marxbot_sensors import MARXBOT
 from marxbot_sim.core.layout import BODY_ROWS, CONTACT, COSINE, LEFT, RIGHT, SINE, WHEEL_ROWS, X, Y
 from marxbot_sim.core.parameters import (
     BODY_RADIUS,
@@ -315,9 +316,9 @@ class PymunkWorld(World):
     arena : Arena
     """
 
-    def __init__(self, arena=Arena()):
+    def __init__(self, arena=Arena(), robot=MARXBOT):
         self._arenas = PymunkArenas(arena, 1, pushing=True)
-        super().__init__(arena)
+        super().__init__(arena, robot)
 
     def reset(self, poses=START_POSES):
         """Place the robots at rest, see `World.reset`."""

@@ -5,6 +5,7 @@ import math
 import numba
 import numpy as np
 
+from marxbot_sim.core.further_sensing import sense_further
 from marxbot_sim.core.layout import (
     CAMERA,
     CONTACT,
@@ -150,16 +151,17 @@ def _camera(readings, low, width, hidden_low, hidden_width):
 
 
 @kernel_part
-def sense(bodies, arena, obstacle, readings):
+def sense(robot, bodies, arena, obstacle, readings):
     """Fill `readings` with what the 16 robots sense where they are.
 
     Parameters
     ----------
+    robot : marxbot_sensors.Robot
     bodies : float32 array, shape (BODY_ROWS, 16)
     arena : float32 array, shape (ARENA_ROWS, 16)
     obstacle : bool
         Whether the cylinder stands at the centre.
-    readings : float32 array, shape (READING_ROWS, 16)
+    readings : float32 array, shape (robot.readings, 16)
         Written.
     """
     x, y = load(bodies, X), load(bodies, Y)
@@ -219,6 +221,7 @@ def sense(bodies, arena, obstacle, readings):
 
     _ground(readings, centre_forward, centre_left, centre_squared, half_size)
     store(readings, TOUCH, load(bodies, CONTACT))
+    sense_further(robot, bodies, arena, readings)
 
 
 @numba.njit(forceinline=True)

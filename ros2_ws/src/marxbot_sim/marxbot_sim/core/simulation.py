@@ -39,7 +39,7 @@ class Simulation:
         Ticks made in the episode.
     captured : bool
         Whether the bodies touched during the last tick.
-    readings : float32 array, shape (2, 37)
+    readings : float32 array, shape (2, readings)
         What each robot reads now, noise included.
     wheels : float32 array, shape (2, 2)
         Speeds of the wheels during the last tick, rad/s, as their encoders count them.

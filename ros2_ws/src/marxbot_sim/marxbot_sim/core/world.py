@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
+from marxbot_sensors import MARXBOT
 from marxbot_sim.core.layout import (
     ARENA_ROWS,
     BODY_ROWS,
     COSINE,
     HALF_SIZE,
-    READING_ROWS,
     RIM_TURN,
     SINE,
     UNDO,
@@ -37,8 +37,8 @@ ROBOT_LANES = (0, HALF)
 
 
 @compile_kernel
-def _sense(bodies, arena, obstacle, readings):
-    sense(bodies, arena, obstacle, readings)
+def _sense(robot, bodies, arena, obstacle, readings):
+    sense(robot, bodies, arena, obstacle, readings)
 
 
 @compile_kernel
@@ -109,13 +109,16 @@ class World:
     Parameters
     ----------
     arena : Arena
+    robot : marxbot_sensors.Robot
+        Whose sensors both robots have.
     """
 
-    def __init__(self, arena=Arena()):
+    def __init__(self, arena=Arena(), robot=MARXBOT):
         self.arena = arena
+        self._robot = robot
         self._arena = arena_rows(arena)
         self._wheels = aligned_rows(WHEEL_ROWS)
-        self._readings = aligned_rows(READING_ROWS)
+        self._readings = aligned_rows(robot.readings)
         self.reset()
 
     def reset(self, poses=START_POSES):
@@ -151,8 +154,8 @@ class World:
 
     @property
     def readings(self):
-        """What both robots sense now, float32 of shape (2, 37), see `layout`."""
-        _sense(self._bodies, self._arena, self.arena.obstacle, self._readings)
+        """What both robots sense now, float32 of shape (2, readings), see `layout`."""
+        _sense(self._robot, self._bodies, self._arena, self.arena.obstacle, self._readings)
         return self._readings[:, ROBOT_LANES].T.copy()
 
     @property

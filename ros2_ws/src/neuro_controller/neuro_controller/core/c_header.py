@@ -1,37 +1,35 @@
 """A controller as one self-contained header, C99 and C++17, for a robot without Python."""
 
 import re
+import textwrap
 
 import numpy as np
 
+from marxbot_sensors import CAMERA, GROUND, MARXBOT
 from neuro_controller.core.controller import settings_column
 from neuro_controller.core.drive import WHEEL_RADIUS, WHEEL_SEPARATION
-from neuro_controller.core.genome import (
-    HIDDEN,
-    HIDDEN_BIASES,
-    HIDDEN_TO_HIDDEN,
-    HIDDEN_TO_OUTPUT,
-    LEAKS,
-    OUTPUT_BIASES,
-    OUTPUTS,
-    SENSOR_TO_HIDDEN,
-    SENSOR_TO_OUTPUT,
-    SENSORS,
-    check_genomes,
-    weights_of,
-)
+from neuro_controller.core.genome import OUTPUTS, Layout, check_genomes, weights_of
 from neuro_controller.core.network import (
+    CAMERA_INPUTS,
+    CAMERA_MEAN,
+    CAMERA_READINGS,
+    CONTACT,
     DRIVE_OFFSET,
     DRIVE_SCALE,
     FATIGUE_TICKS,
     GROUND_GAIN,
     GROUND_INPUTS,
+    GROUND_MEAN,
     GROUND_MEAN_SHARE,
     GROUND_OFFSET,
+    GROUND_READINGS,
+    GROUP,
+    INFRARED_GROUPS,
     INFRARED_RANGE,
     LEAST_FACTOR,
     PER_EPISODE,
     PER_MAX_SPEED,
+    TOUCH_READING,
 )
 
 _TEMPLATE = """\
@@ -41,11 +39,9 @@ _TEMPLATE = """\
  *     @NAME@_reset(&robot);
  *     every 0.1 s: @NAME@_step(&robot, readings, wheels);
  *
- * readings, 37 floats: 24 infrared distances from the body's rim in m, ray i at 7.5 + 15 i degrees
- * counter-clockwise from the heading (@RANGE@ or more, INFINITY too: nothing seen); 8 camera
- * sectors of 45 degrees counter-clockwise from the heading, the fraction of each that the
- * opponent's lights fill, 0 to 1; 4 ground sensors, front left, front right, rear left and rear
- * right, darkness 0 to 1; contact 0 or 1.
+ * readings, @READINGS@ floats, from the place that each line names; degrees are counter-clockwise,
+ * and infrared of @RANGE@ m or more, INFINITY too, means that nothing is seen:
+@SENSOR_LIST@
  * wheels: speeds of the left and right wheel, rad/s, positive forward. The body moves at
  * @NAME@_linear(wheels) m/s and @NAME@_angular(wheels) rad/s.
  *
@@ -107,30 +103,33 @@ static inline float @NAME@_mean(const float *values, int count)
     return total / (float)count;
 }
 
-static inline void @NAME@_perceive(@NAME@_controller *c, const float readings[37])
+static inline void @NAME@_perceive(@NAME@_controller *c, const float readings[@READINGS@])
 {
+    static const float scale[@DIRECT@] = @SCALES@, offset[@DIRECT@] = @OFFSETS@;
     float tired = c->effort_sum * @PER_FATIGUE@f;
     int i, k;
 
-    for (i = 0; i < 8; i++) {
+    for (i = 0; i < @GROUPS@; i++) {
         float total = 0.0f;
-        for (k = 0; k < 3; k++) {
-            float near = fmaxf(fmaf(readings[3 * i + k], -@PER_RANGE@f, 1.0f), 0.0f);
+        for (k = 0; k < @GROUP@; k++) {
+            float near = fmaxf(fmaf(readings[@GROUP@ * i + k], -@PER_RANGE@f, 1.0f), 0.0f);
             total = fmaf(near, fmaxf(near, @LEAST_FACTOR@f), total);
         }
         c->inputs[i] = total * @THIRD@f;
     }
-    memcpy(c->inputs + 8, readings + 24, 8 * sizeof(float));
-    c->inputs[16] = @NAME@_mean(readings + 24, 8);
-    c->inputs[21] = @NAME@_mean(readings + 32, 4);
-    for (i = 0; i < 4; i++) {
-        float above = readings[32 + i] - @GROUND_MEAN_SHARE@f * c->inputs[21];
+    memcpy(c->inputs + @CAMERA_INPUTS@, readings + @CAMERA_READINGS@, @SECTORS@ * sizeof(float));
+    c->inputs[@CAMERA_MEAN@] = @NAME@_mean(readings + @CAMERA_READINGS@, @SECTORS@);
+    c->inputs[@GROUND_MEAN@] = @NAME@_mean(readings + @GROUND_READINGS@, @GROUNDS@);
+    for (i = 0; i < @GROUNDS@; i++) {
+        float mean = c->inputs[@GROUND_MEAN@];
+        float above = readings[@GROUND_READINGS@ + i] - @GROUND_MEAN_SHARE@f * mean;
         float coded = fmaf(@GROUND_GAIN@f, above, @GROUND_OFFSET@f);
-        c->inputs[17 + i] = fminf(fmaxf(coded, 0.0f), 1.0f);
+        c->inputs[@GROUND@ + i] = fminf(fmaxf(coded, 0.0f), 1.0f);
     }
-    c->inputs[22] = readings[36];
-    c->inputs[23] = (float)c->tick * @PER_EPISODE@f;
-    c->inputs[24] = tired * tired;
+    for (i = 0; i < @DIRECT@; i++)
+        c->inputs[@CONTACT@ + i] = fmaf(scale[i], readings[@TOUCH_READING@ + i], offset[i]);
+    c->inputs[@CLOCK@] = (float)c->tick * @PER_EPISODE@f;
+    c->inputs[@TIRED@] = tired * tired;
 }
 
 /* Adds weighted values in the order, and with the single rounding, of the original. */
@@ -172,7 +171,7 @@ static inline void @NAME@_think(@NAME@_controller *c)
 static inline void @NAME@_drive(@NAME@_controller *c, float wheels[2])
 {
     float off = c->outputs[0] - 0.5f;
-    float fresh = @SPEED@f * (1.0f - c->inputs[24]);
+    float fresh = @SPEED@f * (1.0f - c->inputs[@TIRED@]);
     float outer = fresh * fmaf(c->outputs[1], @SCALE@f, @OFFSET@f);
     float inner = outer * fmaf(off * off, -8.0f, 1.0f);
     float effort;
@@ -187,7 +186,8 @@ static inline void @NAME@_drive(@NAME@_controller *c, float wheels[2])
     c->tick++;
 }
 
-static inline void @NAME@_step(@NAME@_controller *c, const float readings[37], float wheels[2])
+static inline void @NAME@_step(@NAME@_controller *c, const float readings[@READINGS@],
+                               float wheels[2])
 {
     @NAME@_perceive(c, readings);
     @NAME@_think(c);
@@ -217,6 +217,7 @@ def c_header(
     infrared_response='squared',
     ground_coding='relative',
     provenance='unknown',
+    robot=MARXBOT,
 ):
     """Return a header that defines ``NAME_controller``, ``NAME_reset`` and ``NAME_step``.
 
@@ -224,13 +225,15 @@ def c_header(
 
     Parameters
     ----------
-    genome : array_like, shape (442,)
+    genome : array_like, shape (genes,)
     name : str
         A C identifier, the prefix of everything the header defines.
     max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
         See `Controller`.
     provenance : str
         Where the genome comes from, for the comment at the header's top.
+    robot : marxbot_sensors.Robot
+        Whose sensors it reads.
 
     Raises
     ------
@@ -242,7 +245,10 @@ def c_header(
     settings = settings_column(
         max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
     )
-    weights = weights_of(check_genomes(np.atleast_2d(genome), 'genome'))[0]
+    layout = Layout.of(np.size(genome), robot)
+    genomes = check_genomes(np.reshape(genome, (1, -1)), 'genome', layout)
+    weights = weights_of(genomes, layout)[0]
+    inputs, hidden = layout.inputs, layout.hidden
 
     def table(first, *shape):
         return _c_table(weights[first : first + int(np.prod(shape))].reshape(shape))
@@ -270,20 +276,59 @@ def c_header(
         'RANGE': _c_number(INFRARED_RANGE),
         'RADIUS': _c_number(WHEEL_RADIUS),
         'SEPARATION': _c_number(WHEEL_SEPARATION),
-        'SENSORS': str(SENSORS),
-        'HIDDEN': str(HIDDEN),
+        **{name: str(number) for name, number in _places(layout).items()},
+        'SENSOR_LIST': _sensor_list(robot),
+        'SCALES': _c_table(np.array(robot.scales)),
+        'OFFSETS': _c_table(np.array(robot.offsets) + 0.0),
+        'SENSORS': str(inputs),
+        'HIDDEN': str(hidden),
         'OUTPUTS': str(OUTPUTS),
         'FATIGUE': str(FATIGUE_TICKS),
-        'GROUND': str(GROUND_INPUTS),
-        'HIDDEN_BIAS': table(HIDDEN_BIASES, HIDDEN),
-        'OUTPUT_BIAS': table(OUTPUT_BIASES, OUTPUTS),
-        'LEAK': table(LEAKS, HIDDEN),
-        'SENSOR_TO_HIDDEN': table(SENSOR_TO_HIDDEN, HIDDEN, SENSORS),
-        'HIDDEN_TO_HIDDEN': table(HIDDEN_TO_HIDDEN, HIDDEN, HIDDEN),
-        'SENSOR_TO_OUTPUT': table(SENSOR_TO_OUTPUT, OUTPUTS, SENSORS),
-        'HIDDEN_TO_OUTPUT': table(HIDDEN_TO_OUTPUT, OUTPUTS, HIDDEN),
+        'HIDDEN_BIAS': table(0, hidden),
+        'OUTPUT_BIAS': table(layout.output_biases, OUTPUTS),
+        'LEAK': table(layout.leaks, hidden),
+        'SENSOR_TO_HIDDEN': table(layout.input_to_hidden, hidden, inputs),
+        'HIDDEN_TO_HIDDEN': table(layout.hidden_to_hidden, hidden, hidden),
+        'SENSOR_TO_OUTPUT': table(layout.input_to_output, OUTPUTS, inputs),
+        'HIDDEN_TO_OUTPUT': table(layout.hidden_to_output, OUTPUTS, hidden),
     }
     return re.sub('@([A-Z_]+)@', lambda match: values[match[1]], _TEMPLATE)
+
+
+def _places(layout):
+    """Return sizes and offsets of readings and sensory neurons."""
+    return {
+        'READINGS': layout.robot.readings,
+        'GROUPS': INFRARED_GROUPS,
+        'GROUP': GROUP,
+        'CAMERA_READINGS': CAMERA_READINGS,
+        'CAMERA_INPUTS': CAMERA_INPUTS,
+        'CAMERA_MEAN': CAMERA_MEAN,
+        'SECTORS': CAMERA.count,
+        'GROUND_READINGS': GROUND_READINGS,
+        'GROUND': GROUND_INPUTS,
+        'GROUND_MEAN': GROUND_MEAN,
+        'GROUNDS': GROUND.count,
+        'TOUCH_READING': TOUCH_READING,
+        'CONTACT': CONTACT,
+        'DIRECT': len(layout.scales),
+        'CLOCK': layout.clock,
+        'TIRED': layout.fatigue,
+    }
+
+
+def _sensor_list(robot):
+    """Return a line for each sensor, as part of a comment."""
+    lines = []
+    for sensor in robot.sensors:
+        first = robot.rows(sensor).start
+        lines += textwrap.wrap(
+            f'{first}: {sensor.name}, {sensor.text};',
+            width=99,
+            initial_indent=' *   ',
+            subsequent_indent=' *     ',
+        )
+    return '\n'.join(lines)
 
 
 def _c_number(value):

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from neuro_controller.core.genome import check_genomes
 from neuro_controller.core.origin import Origin, read_origin
 from neuro_controller.core.snapshot import read_snapshot, snapshots
 
@@ -18,7 +19,7 @@ class Champion:
 
     Attributes
     ----------
-    genome : float32 array, shape (442,)
+    genome : float32 array, shape (genes,)
     species : str
         'predator' or 'prey'.
     rank : int
@@ -88,4 +89,6 @@ def select_champion(text, species):
     if rank >= len(ranking):
         raise ValueError(f'{species} rank is {rank}, expected 0 to {len(ranking) - 1}')
     genome = snapshot.population(species)[ranking[rank]]
-    return Champion(genome, species, rank, read_origin(found[generation]))
+    origin = read_origin(found[generation])
+    check_genomes(genome[np.newaxis], f'{species} of {found[generation]}', origin.layout)
+    return Champion(genome, species, rank, origin)

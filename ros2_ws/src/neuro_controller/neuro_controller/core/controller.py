@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from neuro_controller.core.genome import GENES, HIDDEN, OUTPUTS, SENSORS, check_genomes, weights_of
+from marxbot_sensors import MARXBOT
+from neuro_controller.core.genome import OUTPUTS, Layout, check_genomes, weights_of
 from neuro_controller.core.network import (
     DRIVE_OFFSET,
     DRIVE_SCALE,
@@ -14,12 +15,13 @@ from neuro_controller.core.network import (
     GROUND_OFFSET,
     LEAST_FACTOR,
     MAX_SPEED,
-    MEMORY_ROWS,
     MOTORS,
     PER_EPISODE,
     PER_MAX_SPEED,
     SETTING_ROWS,
+    STATE,
     control,
+    memory_rows,
     recall,
 )
 from neuro_controller.core.settings import (
@@ -33,13 +35,13 @@ from simd_lanes import aligned_rows, compile_kernel
 
 
 @compile_kernel
-def _recall(weights, memory):
-    recall(weights, memory)
+def _recall(layout, weights, memory):
+    recall(layout, weights, memory)
 
 
 @compile_kernel
-def _control(readings, weights, settings, memory, history, slot, inputs, wheels):
-    control(readings, weights, settings, memory, history, slot, inputs, wheels)
+def _control(layout, readings, weights, settings, memory, history, slot, inputs, wheels):
+    control(layout, readings, weights, settings, memory, history, slot, inputs, wheels)
 
 
 def _look_up(name, value, known):
@@ -88,8 +90,8 @@ class Controller:
 
     Parameters
     ----------
-    genome : array_like, shape (442,)
-        Genes in [-5, 5].
+    genome : array_like, shape (genes,)
+        Genes in [-5, 5]; their number tells that of the hidden neurons.
     max_wheel_speed : float
         The paper's ms, rad/s.
     motor_map : str
@@ -100,6 +102,13 @@ class Controller:
         One of `INFRARED_RESPONSES`.
     ground_coding : str
         One of `GROUND_CODINGS`.
+    robot : marxbot_sensors.Robot
+        Whose sensors it reads.
+
+    Attributes
+    ----------
+    layout : neuro_controller.core.genome.Layout
+        What it is made of.
 
     Raises
     ------
@@ -115,23 +124,26 @@ class Controller:
         episode_ticks=1000,
         infrared_response='squared',
         ground_coding='relative',
+        robot=MARXBOT,
     ):
         settings = settings_column(
             max_wheel_speed, motor_map, episode_ticks, infrared_response, ground_coding
         )
         self._settings = aligned_rows(SETTING_ROWS)
         self._settings[:] = settings[:, None]
-        self._weights = aligned_rows(GENES)
-        self._weights[:] = weights_of(check_genomes(np.atleast_2d(genome), 'genome')[:1]).T
-        self._readings = aligned_rows(37)
-        self._inputs = aligned_rows(SENSORS)
+        self.layout = Layout.of(np.size(genome), robot)
+        genomes = check_genomes(np.reshape(genome, (1, -1)), 'genome', self.layout)
+        self._weights = aligned_rows(self.layout.genes)
+        self._weights[:] = weights_of(genomes, self.layout).T
+        self._readings = aligned_rows(robot.readings)
+        self._inputs = aligned_rows(self.layout.inputs)
         self._wheels = aligned_rows(2)
         self.reset()
 
     def reset(self):
         """Forget the past: hidden neurons, fatigue and clock start at 0."""
-        self._memory = aligned_rows(MEMORY_ROWS)
-        _recall(self._weights, self._memory)
+        self._memory = aligned_rows(memory_rows(self.layout))
+        _recall(self.layout, self._weights, self._memory)
         self._history = aligned_rows(FATIGUE_TICKS)
         self._slot = 0
 
@@ -140,9 +152,8 @@ class Controller:
 
         Parameters
         ----------
-        readings : array_like, shape (37,)
-            24 infrared distances from the rim, m (above 0.1: nothing seen); 8 camera sectors,
-            0..1; 4 ground sensors, 0..1; contact 0 or 1.
+        readings : array_like, shape (robot.readings,)
+            What the robot's sensors read, in their order.
 
         Returns
         -------
@@ -151,6 +162,7 @@ class Controller:
         """
         self._readings[:] = np.asarray(readings, dtype=np.float32)[:, None]
         _control(
+            self.layout,
             self._readings,
             self._weights,
             self._settings,
@@ -165,13 +177,13 @@ class Controller:
 
     @property
     def inputs(self):
-        """The 25 sensory neurons of the last tick, 0..1."""
+        """The sensory neurons of the last tick, 0..1."""
         return self._inputs[:, 0].copy()
 
     @property
     def hidden(self):
-        """The 10 hidden neurons after the last tick, 0..1."""
-        return self._memory[:HIDDEN, 0].copy()
+        """The hidden neurons after the last tick, 0..1."""
+        return self._memory[STATE : STATE + self.layout.hidden, 0].copy()
 
     @property
     def outputs(self):

@@ -3,31 +3,25 @@
 Rows of the arrays, each float32 of shape (rows, 16):
 
 * `weights`: the genome, with the leaks as `genome.weights_of` gives them;
-* `inputs`: the 25 sensory neurons, 0..1: 8 infrared groups, 8 camera sectors, their mean, 4 ground
-  sensors, the mean of their readings, collision, clock, fatigue;
-* `memory`: 10 hidden neurons, the 2 motor neurons of the last tick, the sum of the recent speeds,
-the ticks passed,
-  the recurrent input of the next tick (that of the first tick, with hidden neurons at 0, is the
-  biases);
+* `inputs`: the sensory neurons, 0..1: 8 infrared groups, 8 camera sectors, their mean, 4 ground
+  sensors, the mean of their readings, contact, those of further sensors, clock, fatigue;
+* `memory`: the 2 motor neurons of the last tick, the sum of the recent speeds, the ticks passed,
+  the hidden neurons, and the recurrent input of each in the next tick (that of the first tick,
+  with hidden neurons at 0, is the biases);
 * `history`: the speeds of the last 200 ticks, those before the start being ignored;
 * `settings`: what differs between robots and episodes, see `controller.settings_rows`.
+
+Every kernel is compiled for a `genome.Layout`, whose sizes and offsets are constants to it.
 """
 
 import numba
 
-from neuro_controller.core.genome import (
-    HIDDEN,
-    HIDDEN_BIASES,
-    HIDDEN_TO_HIDDEN,
-    HIDDEN_TO_OUTPUT,
-    LEAKS,
-    OUTPUT_BIASES,
-    SENSOR_TO_HIDDEN,
-    SENSOR_TO_OUTPUT,
-    SENSORS,
-)
+import marxbot_sensors as sensors
+from marxbot_sensors import MARXBOT
+from neuro_controller.core.genome import OUTPUTS, Layout
 from simd_lanes import (
     absolute,
+    compile_for,
     fma,
     kernel_part,
     load,
@@ -39,23 +33,45 @@ from simd_lanes import (
     store,
 )
 
-INFRARED_GROUPS, GROUP = 8, 3
-INFRARED_READINGS, CAMERA_READINGS, GROUND_READINGS, TOUCH_READING = 0, 24, 32, 36
-INFRARED_RANGE = 0.1
+compile_for(Layout)
+
+INFRARED_GROUPS = sensors.INFRARED.neurons
+GROUP = sensors.INFRARED.count // INFRARED_GROUPS
+INFRARED_READINGS, CAMERA_READINGS, GROUND_READINGS, TOUCH_READING = (
+    MARXBOT.rows(sensor).start for sensor in MARXBOT.sensors[:4]
+)
+INFRARED_RANGE = sensors.INFRARED.high
 """Distance, m, at which an infrared activation has fallen to 0."""
 
-CAMERA_INPUTS, CAMERA_MEAN, GROUND_INPUTS, GROUND_MEAN, COLLISION, CLOCK, FATIGUE = (
-    8,
-    16,
-    17,
-    21,
-    22,
-    23,
-    24,
+CAMERA_INPUTS, GROUND_INPUTS, CONTACT = (
+    MARXBOT.inputs(sensor).start for sensor in MARXBOT.sensors[1:4]
 )
+CAMERA_MEAN = CAMERA_INPUTS + sensors.CAMERA.count
+GROUND_MEAN = GROUND_INPUTS + sensors.GROUND.count
 
-MOTORS, SPEED_SUM, TICKS, RECALL = HIDDEN, HIDDEN + 2, HIDDEN + 3, HIDDEN + 4
-MEMORY_ROWS = RECALL + HIDDEN
+MOTORS, SPEED_SUM, TICKS, STATE = 0, OUTPUTS, OUTPUTS + 1, OUTPUTS + 2
+
+
+@numba.njit(forceinline=True)
+def recall_row(layout):
+    """Return the row of `memory` with the recurrent input of the first hidden neuron."""
+    return STATE + layout.hidden
+
+
+TOGETHER = 10
+"""Hidden neurons whose sums are made side by side, where there are so many; others' one by one."""
+
+
+@numba.njit(forceinline=True)
+def _alone(layout):
+    """Return the first hidden neuron whose sum is made by itself."""
+    return TOGETHER if layout.hidden >= TOGETHER else 0
+
+
+def memory_rows(layout):
+    """Return the number of rows of `memory`."""
+    return STATE + 2 * layout.hidden
+
 
 FATIGUE_TICKS = 200
 """Length of the fatigue window: 20 s (paper eq. 1)."""
@@ -81,7 +97,7 @@ _EFFORT_GRID = 128.0
 
 
 @numba.njit(forceinline=True)
-def perceive(readings, memory, settings, inputs):
+def perceive(layout, readings, memory, settings, inputs):
     """Fill the sensory neurons from the readings, and from the controller's clock and fatigue."""
     least_factor = load(settings, LEAST_FACTOR)
     for group in range(INFRARED_GROUPS):
@@ -95,10 +111,13 @@ def perceive(readings, memory, settings, inputs):
     mean = _copy_four(readings, GROUND_READINGS, inputs, GROUND_INPUTS) * 0.25
     store(inputs, GROUND_MEAN, mean)
     _code_ground(mean, settings, inputs)
-    store(inputs, COLLISION, load(readings, TOUCH_READING))
-    store(inputs, CLOCK, load(memory, TICKS) * load(settings, PER_EPISODE))
+    scales, offsets = layout.scales, layout.offsets
+    for i in range(len(scales)):
+        value = load(readings, TOUCH_READING + i)
+        store(inputs, CONTACT + i, fma(scales[i], value, offsets[i]))
+    store(inputs, layout.clock, load(memory, TICKS) * load(settings, PER_EPISODE))
     mean_speed = load(memory, SPEED_SUM) * (1.0 / FATIGUE_TICKS)
-    store(inputs, FATIGUE, mean_speed * mean_speed)
+    store(inputs, layout.fatigue, mean_speed * mean_speed)
 
 
 @numba.njit(forceinline=True)
@@ -137,97 +156,142 @@ def _copy_four(readings, first, inputs, target):
 
 
 @numba.njit(forceinline=True)
-def _sense_six(sums, weights, inputs, neuron, output, start, end):
-    """Add what sensors `start` to `end - 1` give to five hidden neurons and to one output.
+def _sense_six(layout, sums, weights, inputs, neuron, output, start, end):
+    """Add what sensory neurons `start` to `end - 1` give to five hidden neurons and to one output.
 
     Six sums at a time, because a value is then loaded once for six products, and the additions to
     one sum do not wait for each other.
     """
     a, b, c, d, e, f = sums
-    hidden = SENSOR_TO_HIDDEN + SENSORS * neuron
-    motor = SENSOR_TO_OUTPUT + SENSORS * output
+    count = layout.inputs
+    hidden = layout.input_to_hidden + count * neuron
+    motor = layout.input_to_output + count * output
     for i in range(start, end):
         value = load(inputs, i)
         a = fma(load(weights, hidden + i), value, a)
-        b = fma(load(weights, hidden + SENSORS + i), value, b)
-        c = fma(load(weights, hidden + 2 * SENSORS + i), value, c)
-        d = fma(load(weights, hidden + 3 * SENSORS + i), value, d)
-        e = fma(load(weights, hidden + 4 * SENSORS + i), value, e)
+        b = fma(load(weights, hidden + count + i), value, b)
+        c = fma(load(weights, hidden + 2 * count + i), value, c)
+        d = fma(load(weights, hidden + 3 * count + i), value, d)
+        e = fma(load(weights, hidden + 4 * count + i), value, e)
         f = fma(load(weights, motor + i), value, f)
     return a, b, c, d, e, f
 
 
 @numba.njit(forceinline=True)
-def _recall_five(weights, memory, neuron):
-    """Set what five hidden neurons will get in the next tick from bias and recurrence."""
-    bias = HIDDEN_BIASES + neuron
-    a, b, c = load(weights, bias), load(weights, bias + 1), load(weights, bias + 2)
-    d, e = load(weights, bias + 3), load(weights, bias + 4)
-    first = HIDDEN_TO_HIDDEN + HIDDEN * neuron
-    for i in range(HIDDEN):
-        value = load(memory, i)
-        a = fma(load(weights, first + i), value, a)
-        b = fma(load(weights, first + HIDDEN + i), value, b)
-        c = fma(load(weights, first + 2 * HIDDEN + i), value, c)
-        d = fma(load(weights, first + 3 * HIDDEN + i), value, d)
-        e = fma(load(weights, first + 4 * HIDDEN + i), value, e)
-    for offset, total in enumerate((a, b, c, d, e)):
-        store(memory, RECALL + neuron + offset, total)
-
-
-@kernel_part
-def recall(weights, memory):
-    """Set the recurrent input of the next tick.
-
-    It is known as soon as the hidden neurons are, and computed then: the processor has little else
-    to do while one number after the other goes through motors and motion.
-    """
-    _recall_five(weights, memory, 0)
-    _recall_five(weights, memory, 5)
-
-
-@numba.njit(forceinline=True)
-def _leak(weights, memory, neuron, net):
-    """Update one hidden neuron: h = d h' + (1 - d) logistic(net)."""
-    active = logistic(net)
-    store(
-        memory, neuron, fma(load(weights, LEAKS + neuron), load(memory, neuron) - active, active)
-    )
-
-
-@numba.njit(forceinline=True)
-def _net_six(weights, memory, inputs, neuron, output):
+def _net_six(layout, weights, memory, inputs, neuron, output):
     """Return the net input of five hidden neurons, and what the sensors give to one output."""
-    first = RECALL + neuron
+    first = recall_row(layout) + neuron
     sums = (
         load(memory, first),
         load(memory, first + 1),
         load(memory, first + 2),
         load(memory, first + 3),
         load(memory, first + 4),
-        load(weights, OUTPUT_BIASES + output),
+        load(weights, layout.output_biases + output),
     )
-    sums = _sense_six(sums, weights, inputs, neuron, output, GROUND_INPUTS, SENSORS)
-    return _sense_six(sums, weights, inputs, neuron, output, 0, GROUND_INPUTS)
+    sums = _sense_six(layout, sums, weights, inputs, neuron, output, GROUND_INPUTS, layout.inputs)
+    return _sense_six(layout, sums, weights, inputs, neuron, output, 0, GROUND_INPUTS)
 
 
 @numba.njit(forceinline=True)
-def think(weights, memory, inputs):
-    """Run the network for one tick: ten leaky recurrent neurons, then two logistic outputs."""
-    a, b, c, d, e, translation = _net_six(weights, memory, inputs, 0, 0)
-    f, g, h, i, j, rotation = _net_six(weights, memory, inputs, 5, 1)
-    for neuron, net in enumerate((a, b, c, d, e, f, g, h, i, j)):
-        _leak(weights, memory, neuron, net)
-    for neuron in range(HIDDEN):
-        value = load(memory, neuron)
-        translation = fma(load(weights, HIDDEN_TO_OUTPUT + neuron), value, translation)
-        rotation = fma(load(weights, HIDDEN_TO_OUTPUT + HIDDEN + neuron), value, rotation)
+def _net(layout, net, weights, first, inputs):
+    """Add to a sum, in the same order, what the sensors give by the weights from `first` on."""
+    for i in range(GROUND_INPUTS, layout.inputs):
+        net = fma(load(weights, first + i), load(inputs, i), net)
+    for i in range(GROUND_INPUTS):
+        net = fma(load(weights, first + i), load(inputs, i), net)
+    return net
+
+
+@numba.njit(forceinline=True)
+def _net_output(layout, weights, inputs, output):
+    """Return what the sensors give to one output."""
+    bias = load(weights, layout.output_biases + output)
+    return _net(layout, bias, weights, layout.input_to_output + layout.inputs * output, inputs)
+
+
+@numba.njit(forceinline=True)
+def _net_hidden(layout, weights, memory, inputs, neuron):
+    """Return the net input of one hidden neuron."""
+    recalled = load(memory, recall_row(layout) + neuron)
+    return _net(layout, recalled, weights, layout.input_to_hidden + layout.inputs * neuron, inputs)
+
+
+@numba.njit(forceinline=True)
+def _recall_five(layout, weights, memory, neuron):
+    """Set what five hidden neurons will get in the next tick from bias and recurrence."""
+    a, b, c = load(weights, neuron), load(weights, neuron + 1), load(weights, neuron + 2)
+    d, e = load(weights, neuron + 3), load(weights, neuron + 4)
+    hidden = layout.hidden
+    first = layout.hidden_to_hidden + hidden * neuron
+    for i in range(hidden):
+        value = load(memory, STATE + i)
+        a = fma(load(weights, first + i), value, a)
+        b = fma(load(weights, first + hidden + i), value, b)
+        c = fma(load(weights, first + 2 * hidden + i), value, c)
+        d = fma(load(weights, first + 3 * hidden + i), value, d)
+        e = fma(load(weights, first + 4 * hidden + i), value, e)
+    for offset, total in enumerate((a, b, c, d, e)):
+        store(memory, recall_row(layout) + neuron + offset, total)
+
+
+@numba.njit(forceinline=True)
+def _recall(layout, weights, memory, neuron):
+    """Set what one hidden neuron will get in the next tick from bias and recurrence."""
+    total = load(weights, neuron)
+    first = layout.hidden_to_hidden + layout.hidden * neuron
+    for i in range(layout.hidden):
+        total = fma(load(weights, first + i), load(memory, STATE + i), total)
+    store(memory, recall_row(layout) + neuron, total)
+
+
+@kernel_part
+def recall(layout, weights, memory):
+    """Set the recurrent input of the next tick.
+
+    It is known as soon as the hidden neurons are, and computed then: the processor has little else
+    to do while one number after the other goes through motors and motion.
+    """
+    if layout.hidden >= TOGETHER:
+        _recall_five(layout, weights, memory, 0)
+        _recall_five(layout, weights, memory, 5)
+    for neuron in range(_alone(layout), layout.hidden):
+        _recall(layout, weights, memory, neuron)
+
+
+@numba.njit(forceinline=True)
+def _leak(layout, weights, memory, neuron, net):
+    """Update one hidden neuron: h = d h' + (1 - d) logistic(net)."""
+    active = logistic(net)
+    before, leak = load(memory, STATE + neuron), load(weights, layout.leaks + neuron)
+    store(memory, STATE + neuron, fma(leak, before - active, active))
+
+
+@numba.njit(forceinline=True)
+def think(layout, weights, memory, inputs):
+    """Run the network for one tick: leaky recurrent neurons, then two logistic outputs."""
+    if layout.hidden >= TOGETHER:
+        a, b, c, d, e, translation = _net_six(layout, weights, memory, inputs, 0, 0)
+        f, g, h, i, j, rotation = _net_six(layout, weights, memory, inputs, 5, 1)
+        for neuron, net in enumerate((a, b, c, d, e, f, g, h, i, j)):
+            _leak(layout, weights, memory, neuron, net)
+    else:
+        translation = _net_output(layout, weights, inputs, 0)
+        rotation = _net_output(layout, weights, inputs, 1)
+    for neuron in range(_alone(layout), layout.hidden):
+        net = _net_hidden(layout, weights, memory, inputs, neuron)
+        _leak(layout, weights, memory, neuron, net)
+    first = layout.hidden_to_output
+    for neuron in range(layout.hidden):
+        value = load(memory, STATE + neuron)
+        translation = fma(load(weights, first + neuron), value, translation)
+        rotation = fma(load(weights, first + layout.hidden + neuron), value, rotation)
     store(memory, MOTORS, logistic(translation))
     store(memory, MOTORS + 1, logistic(rotation))
 
 
 @numba.njit(forceinline=True)
-def drive(memory, inputs, settings, history, slot, wheels):
+def drive(layout, memory, inputs, settings, history, slot, wheels):
     """Set the wheels from the motor neurons (paper eq. 1-5) and remember the effort.
 
     Wheel speeds are rounded to multiples of 2**-16 rad/s, which a Twist message carries without
@@ -236,7 +300,7 @@ def drive(memory, inputs, settings, history, slot, wheels):
     """
     tm, rm = load(memory, MOTORS), load(memory, MOTORS + 1)
     max_speed = load(settings, MAX_SPEED)
-    speed = max_speed * (1.0 - load(inputs, FATIGUE))
+    speed = max_speed * (1.0 - load(inputs, layout.fatigue))
     speed = speed * fma(rm, load(settings, DRIVE_SCALE), load(settings, DRIVE_OFFSET))
     off_middle = tm - 0.5
     inner = speed * fma(off_middle * off_middle, -8.0, 1.0)
@@ -255,22 +319,23 @@ def drive(memory, inputs, settings, history, slot, wheels):
 
 
 @kernel_part
-def control(readings, weights, settings, memory, history, slot, inputs, wheels):
+def control(layout, readings, weights, settings, memory, history, slot, inputs, wheels):
     """Run the controllers of 16 robots for one tick.
 
     Parameters
     ----------
-    readings : float32 array, shape (37, 16)
-        24 infrared distances, m; 8 camera sectors; 4 ground sensors; contact.
-    weights, settings : float32 arrays, shapes (442, 16) and (SETTING_ROWS, 16)
-    memory, history : float32 arrays, shapes (MEMORY_ROWS, 16) and (FATIGUE_TICKS, 16)
+    layout : neuro_controller.core.genome.Layout
+    readings : float32 array, shape (layout.robot.readings, 16)
+        In the order of the robot's sensors.
+    weights, settings : float32 arrays, shapes (layout.genes, 16) and (SETTING_ROWS, 16)
+    memory, history : float32 arrays, shapes (memory_rows(layout), 16) and (FATIGUE_TICKS, 16)
         Updated.
     slot : int
         Row of `history` that holds the oldest tick: the count of calls modulo FATIGUE_TICKS.
-    inputs, wheels : float32 arrays, shapes (25, 16) and (2, 16)
+    inputs, wheels : float32 arrays, shapes (layout.inputs, 16) and (2, 16)
         Written; wheels left and right, rad/s.
     """
-    perceive(readings, memory, settings, inputs)
-    think(weights, memory, inputs)
-    recall(weights, memory)
-    drive(memory, inputs, settings, history, slot, wheels)
+    perceive(layout, readings, memory, settings, inputs)
+    think(layout, weights, memory, inputs)
+    recall(layout, weights, memory)
+    drive(layout, memory, inputs, settings, history, slot, wheels)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from neuro_controller.core.controller import settings_column
+from neuro_controller.core.genome import HIDDEN, Layout
 from neuro_controller.core.reading import parse_json, read_arrays, read_text, reading
 from neuro_controller.core.settings import FIRST_RUNS
 
@@ -56,6 +57,7 @@ class Origin:
             commit = content.get('versions', {}).get('commit', 'unknown')
             configuration = {**FIRST_RUNS, **content['configuration']}
             origin = cls(str(name), generation, str(commit), configuration)
+            origin.layout  # noqa: B018  refuses what makes no sense
             for species in ('predator', 'prey'):
                 settings_column(**origin.settings(species))
         except KeyError as error:
@@ -63,6 +65,11 @@ class Origin:
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise ValueError(f'the record of its run makes no sense: {error}') from None
         return origin
+
+    @property
+    def layout(self):
+        """What the genomes are genomes of, a `Layout`."""
+        return Layout(self.configuration.get('hidden', HIDDEN))
 
     def settings(self, species):
         """Return the parameters of `Controller`, by name, that a species evolved with."""

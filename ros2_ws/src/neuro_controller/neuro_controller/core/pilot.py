@@ -57,7 +57,7 @@ class Pilot:
 
         Parameters
         ----------
-        readings : float32 array, shape (37,)
+        readings : float32 array, shape (robot.readings,)
             See `Controller.step`.
         """
         wanted = body_speeds(self.controller.step(readings), *self._wheels)
@@ -72,7 +72,7 @@ class Pilot:
         ----------
         stamp : tuple
             Time of the readings, in an order.
-        readings : float32 array, shape (37,)
+        readings : float32 array, shape (robot.readings,)
 
         Returns
         -------

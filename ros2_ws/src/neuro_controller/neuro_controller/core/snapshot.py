@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from neuro_controller.core.genome import check_genomes
+from neuro_controller.core.genome import Layout, check_genomes
 from neuro_controller.core.reading import read_arrays, reading
 
 SPECIES = ('predator', 'prey')
@@ -21,7 +21,7 @@ class Snapshot:
     ----------
     generation : int
         0 where the file does not tell.
-    predators, prey : float32 (n, 442), (m, 442)
+    predators, prey : float32 (n, genes), (m, genes)
     fitness : float64 (n, m)
         Of each predator (row) against each prey (column), from 0 to 1.
     """
@@ -66,7 +66,7 @@ def read_snapshot(path: Path) -> Snapshot:
     arrays = read_arrays(path, ('predators', 'prey', 'fitness'))
     with reading(path):
         predators = check_genomes(arrays['predators'], 'predators')
-        prey = check_genomes(arrays['prey'], 'prey')
+        prey = check_genomes(arrays['prey'], 'prey', Layout.of(predators.shape[1]))
         fitness = np.asarray(arrays['fitness'], np.float64)
         shape = (len(predators), len(prey))
         if fitness.shape != shape or 0 in shape or not ((fitness >= 0) & (fitness <= 1)).all():

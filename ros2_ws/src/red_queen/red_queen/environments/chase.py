@@ -15,7 +15,7 @@ from coevo_manager.core.species import OTHER, SPECIES
 from marxbot_sim.core.fields import check_choice
 from marxbot_sim.core.parameters import TICK
 from neuro_controller.core.champions import select_champion
-from neuro_controller.core.genome import OUTPUTS, SENSORS, check_genomes
+from neuro_controller.core.genome import LAYOUT, OUTPUTS, check_genomes
 from red_queen.environments.picture import Picture
 
 RENDER_MODES = ['human', 'rgb_array']
@@ -24,7 +24,7 @@ METADATA = {'render_modes': RENDER_MODES, 'render_fps': round(1 / TICK)}
 
 def observation_space() -> Box:
     """Return the space of the sensory neurons: float32 of shape (25,), 0..1."""
-    return Box(0.0, 1.0, (SENSORS,), np.float32)
+    return Box(0.0, 1.0, (LAYOUT.inputs,), np.float32)
 
 
 def action_space() -> Box:
@@ -73,14 +73,14 @@ def read_opponents(
     ----------
     species : str
         The learner's, 'predator' or 'prey'.
-    opponent : str or array_like, shape (442,) or (k, 442)
+    opponent : str or array_like, shape (genes,) or (k, genes)
         A champion, named as `select_champion` reads it, or genomes.
     environment : Environment, optional
         Without it that in which the champion evolved; for genomes, the world `faithful`.
 
     Returns
     -------
-    genomes : float32 array, shape (k, 442)
+    genomes : float32 array, shape (k, genes)
     environment : Environment
 
     Raises
@@ -94,10 +94,11 @@ def read_opponents(
         if environment is None:
             environment, _ = choose_environment([champion], {})
         opponent = champion.genome
-    genomes = check_genomes(np.atleast_2d(opponent), 'opponent')
+    environment = environment or Environment()
+    genomes = check_genomes(np.atleast_2d(opponent), 'opponent', environment.layout)
     if not len(genomes):
         raise ValueError('opponent holds no genome, expected at least one')
-    return genomes, environment or Environment()
+    return genomes, environment
 
 
 def draw_numbers(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -148,7 +149,7 @@ class Chase:
             Draws the episode's number for each robot.
         options : mapping, optional
             'episode_numbers': those numbers instead, of predator and prey.
-        opponent : float32 array, shape (442,), optional
+        opponent : float32 array, shape (genes,), optional
             Genome of the robot that is not driven.
         """
         numbers = (options or {}).get('episode_numbers')

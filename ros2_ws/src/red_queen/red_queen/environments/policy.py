@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from neuro_controller.core.genome import GENES, OUTPUTS, SENSORS, check_genomes, weights_of
-from neuro_controller.core.network import MEMORY_ROWS, MOTORS, recall, think
+from neuro_controller.core.genome import OUTPUTS, Layout, check_genomes, weights_of
+from neuro_controller.core.network import MOTORS, memory_rows, recall, think
 from simd_lanes import aligned_rows, compile_kernel
 
 
 @compile_kernel
-def _recall(weights: np.ndarray, memory: np.ndarray) -> None:
-    recall(weights, memory)
+def _recall(layout: Layout, weights: np.ndarray, memory: np.ndarray) -> None:
+    recall(layout, weights, memory)
 
 
 @compile_kernel
-def _think(weights: np.ndarray, memory: np.ndarray, inputs: np.ndarray) -> None:
-    think(weights, memory, inputs)
-    recall(weights, memory)
+def _think(layout: Layout, weights: np.ndarray, memory: np.ndarray, inputs: np.ndarray) -> None:
+    think(layout, weights, memory, inputs)
+    recall(layout, weights, memory)
 
 
 class GenomePolicy:
@@ -25,8 +25,8 @@ class GenomePolicy:
 
     Parameters
     ----------
-    genome : array_like, shape (442,)
-        Genes in [-5, 5].
+    genome : array_like, shape (genes,)
+        Genes in [-5, 5]; their number tells that of the hidden neurons.
 
     Raises
     ------
@@ -42,18 +42,20 @@ class GenomePolicy:
     """
 
     def __init__(self, genome: np.ndarray) -> None:
-        self._weights = aligned_rows(GENES)
-        self._weights[:] = weights_of(check_genomes(np.atleast_2d(genome), 'genome')[:1]).T
-        self._inputs = aligned_rows(SENSORS)
+        self._layout = Layout.of(np.size(genome))
+        genomes = check_genomes(np.reshape(genome, (1, -1)), 'genome', self._layout)
+        self._weights = aligned_rows(self._layout.genes)
+        self._weights[:] = weights_of(genomes, self._layout).T
+        self._inputs = aligned_rows(self._layout.inputs)
         self.reset()
 
     def reset(self) -> None:
         """Forget the past, as at the start of an episode."""
-        self._memory = aligned_rows(MEMORY_ROWS)
-        _recall(self._weights, self._memory)
+        self._memory = aligned_rows(memory_rows(self._layout))
+        _recall(self._layout, self._weights, self._memory)
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
-        """Return the motor neurons, float32 (2,), for sensory neurons of shape (25,)."""
+        """Return the motor neurons, float32 (2,), for sensory neurons of shape (inputs,)."""
         self._inputs[:] = np.asarray(observation, np.float32)[:, None]
-        _think(self._weights, self._memory, self._inputs)
+        _think(self._layout, self._weights, self._memory, self._inputs)
         return self._memory[MOTORS : MOTORS + OUTPUTS, 0].copy()

@@ -29,7 +29,7 @@ class ChaseEnv(gymnasium.Env):
     ----------
     species : str
         The learner's: 'predator' or 'prey'.
-    opponent : str or array_like, shape (442,) or (k, 442)
+    opponent : str or array_like, shape (genes,) or (k, genes)
         A champion as `red_queen.select_champion` reads it, or genomes, of which each episode draws
         one.
     environment : Environment, optional

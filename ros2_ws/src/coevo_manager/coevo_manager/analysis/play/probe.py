@@ -15,7 +15,6 @@ from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.play.tournament import Evaluations, content_hash
 from coevo_manager.core.episodes import Environment
 
-GENES = 442
 GENE_LIMIT = 5.0
 MUTATION_RATE = 0.02
 WINS = 0.5
@@ -52,7 +51,7 @@ def best_response(
 
     Parameters
     ----------
-    champion : float32 (442,)
+    champion : float32 (genes,)
     species : 'predator' or 'prey'
         The champion's; the opponents searched for are the other's.
 
@@ -62,7 +61,7 @@ def best_response(
         Fitness of the best opponent of each search so far, over the candidates tried.
     """
     rng = np.random.default_rng(0)
-    shape = budget.searches, GENES
+    shape = budget.searches, champion.size
     candidates = rng.uniform(-GENE_LIMIT, GENE_LIMIT, shape).astype(np.float32)
     parents, fitness = candidates.copy(), np.full(budget.searches, -np.inf)
     history = np.empty((budget.searches, budget.candidates), np.float32)

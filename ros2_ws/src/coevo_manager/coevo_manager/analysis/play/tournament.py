@@ -33,7 +33,7 @@ class Block:
 
     Attributes
     ----------
-    predators, prey : float32 (P, 442), (Q, 442)
+    predators, prey : float32 (P, genes), (Q, genes)
     environment : Environment
     complexity : bool
         Whether behavioural complexity is wanted as well.

@@ -94,7 +94,7 @@ def targets() -> list[Target]:
 
 
 def champions(run: Replication, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fittest predators and prey of a run's last snapshot, float32 (count, 442) each.
+    """Return the fittest predators and prey of a run's last snapshot, float32 (count, genes) each.
 
     Raises
     ------

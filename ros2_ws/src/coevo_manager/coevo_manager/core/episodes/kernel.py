@@ -12,8 +12,8 @@ from marxbot_sim.core.layout import LEFT, RIGHT
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
 from marxbot_sim.core.starts import place
-from neuro_controller.core.genome import GENE_RANGE, GENES, HIDDEN, HIDDEN_BIASES, LEAKS
-from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, RECALL, TICKS, control
+from neuro_controller.core.genome import GENE_RANGE
+from neuro_controller.core.network import FATIGUE_TICKS, TICKS, control, recall_row
 from simd_lanes import HALF, absolute, compile_kernel, kernel_part, lane_bits, load, store
 
 VARIATION, LAST_ADVANCE, LAST_TURN = range(3)
@@ -41,16 +41,17 @@ class Rows(NamedTuple):
 
 
 @kernel_part
-def decide(rows, obstacle, slot, disturbance):
+def decide(layout, rows, obstacle, slot, disturbance):
     """Let the robots of eight episodes sense and set their wheels.
 
     With ``disturbance`` None, a type of its own, this is compiled as if perturbations did not
     exist; otherwise ``disturbance.rolling`` has the wheel speeds with which the robots move.
     """
-    sense(rows.bodies, rows.arena, obstacle, rows.readings)
+    sense(layout.robot, rows.bodies, rows.arena, obstacle, rows.readings)
     if disturbance is not None:
         disturb_readings(disturbance, rows.readings)
     control(
+        layout,
         rows.readings,
         rows.weights,
         rows.settings,
@@ -86,9 +87,9 @@ def add_variation(wheels, complexity):
 
 
 @kernel_part
-def _tick(rows, obstacle, slot, measure, episode_ticks, disturbance):
+def _tick(layout, rows, obstacle, slot, measure, episode_ticks, disturbance):
     """Make a tick of eight episodes; return in which of them it was the last, as lane bits."""
-    decide(rows, obstacle, slot, disturbance)
+    decide(layout, rows, obstacle, slot, disturbance)
     captured = _move(rows, obstacle, disturbance)
     if measure:
         add_variation(rows.wheels, rows.complexity)
@@ -96,18 +97,18 @@ def _tick(rows, obstacle, slot, measure, episode_ticks, disturbance):
 
 
 @numba.njit
-def start_robot(lane, genome, rows):
+def start_robot(layout, lane, genome, rows):
     """Put a robot at its start, at rest, with that genome's weights in its lane."""
     for i in range(rows.bodies.shape[0]):
         rows.bodies[i, lane] = rows.start[i, lane]
-    for i in range(GENES):
+    for i in range(layout.genes):
         rows.weights[i, lane] = genome[i]
-    for i in range(LEAKS, LEAKS + HIDDEN):
+    for i in range(layout.leaks, layout.leaks + layout.hidden):
         rows.weights[i, lane] = abs(genome[i]) / GENE_RANGE
-    for i in range(MEMORY_ROWS):
+    for i in range(recall_row(layout)):
         rows.memory[i, lane] = 0.0
-    for i in range(HIDDEN):
-        rows.memory[RECALL + i, lane] = genome[HIDDEN_BIASES + i]
+    for i in range(layout.hidden):
+        rows.memory[recall_row(layout) + i, lane] = genome[i]
     for i in range(COMPLEXITY_ROWS):
         rows.complexity[i, lane] = 0.0
 
@@ -130,12 +131,24 @@ def begin_against(opponent, repetition, lane, rows, disturbance, starts, seed):
 
 @compile_kernel
 def run_episodes(
-    lane_episode, clock, rows, obstacle, measure, episode_ticks, disturbance, starts, seed, rings
+    layout,
+    lane_episode,
+    clock,
+    rows,
+    obstacle,
+    measure,
+    episode_ticks,
+    disturbance,
+    starts,
+    seed,
+    rings,
 ):
     """Run episodes until a request is finished, or an episode ends and no other takes its lanes.
 
     Parameters
     ----------
+    layout : neuro_controller.core.genome.Layout
+        Of all genomes; its robot is that of all episodes.
     lane_episode : int64 array, shape (8,)
         Number of the episode in each pair of lanes, or `schedule.IDLE`; updated.
     clock : int64 array, shape (1,)
@@ -173,8 +186,8 @@ def run_episodes(
                     episode = row(rings.episodes, lane_episode[pair])
                     predator = row(rings.genomes, episode['predator'])
                     prey = row(rings.genomes, episode['prey'])
-                    start_robot(pair, predator, rows)
-                    start_robot(pair + HALF, prey, rows)
+                    start_robot(layout, pair, predator, rows)
+                    start_robot(layout, pair + HALF, prey, rows)
                     number = episode['repetition']
                     begin_against(prey, number, pair, rows, disturbance, starts, seed)
                     begin_against(predator, number, pair + HALF, rows, disturbance, starts, seed)
@@ -189,7 +202,7 @@ def run_episodes(
         while ended == 0:
             slot = clock[0] % FATIGUE_TICKS
             clock[0] += 1
-            ended = _tick(rows, obstacle, slot, measure, episode_ticks, disturbance) & busy
+            ended = _tick(layout, rows, obstacle, slot, measure, episode_ticks, disturbance) & busy
         for pair in range(HALF):
             if ended >> pair & 1:
                 ticks = int(rows.memory[TICKS, pair])

@@ -5,12 +5,11 @@ import numpy as np
 from coevo_manager.core.episodes.kernel import COMPLEXITY_ROWS, Rows, run_episodes
 from coevo_manager.core.episodes.schedule import IDLE
 from marxbot_sim.core.disturbance import make_disturbance
-from marxbot_sim.core.layout import READING_ROWS, WHEEL_ROWS
+from marxbot_sim.core.layout import WHEEL_ROWS
 from marxbot_sim.core.starts import make_starts
 from marxbot_sim.core.world import arena_rows, start_bodies
 from neuro_controller.core.controller import settings_column
-from neuro_controller.core.genome import GENES, SENSORS
-from neuro_controller.core.network import FATIGUE_TICKS, MEMORY_ROWS, SETTING_ROWS
+from neuro_controller.core.network import FATIGUE_TICKS, SETTING_ROWS, memory_rows
 from simd_lanes import HALF, aligned_rows
 
 
@@ -29,17 +28,18 @@ class EpisodeLanes:
         for robot, speed in enumerate(environment.max_wheel_speeds):
             column = settings_column(speed, **environment.network_settings)
             settings[:, robot * HALF : robot * HALF + HALF] = column[:, None]
+        self.layout = layout = environment.layout
         self.episode = np.full(HALF, IDLE, dtype=np.int64)
         self.rows = Rows(
             start=start_bodies(),
             bodies=start_bodies() if bodies is None else bodies,
             arena=arena_rows(environment.arena),
-            readings=aligned_rows(READING_ROWS),
-            weights=aligned_rows(GENES),
+            readings=aligned_rows(layout.robot.readings),
+            weights=aligned_rows(layout.genes),
             settings=settings,
-            memory=aligned_rows(MEMORY_ROWS),
+            memory=aligned_rows(memory_rows(layout)),
             history=aligned_rows(FATIGUE_TICKS),
-            inputs=aligned_rows(SENSORS),
+            inputs=aligned_rows(layout.inputs),
             wheels=aligned_rows(WHEEL_ROWS) if wheels is None else wheels,
             complexity=aligned_rows(COMPLEXITY_ROWS),
         )
@@ -76,6 +76,7 @@ class KinematicPlayer:
         """
         environment, lanes = self._environment, self._lanes
         return run_episodes(
+            lanes.layout,
             lanes.episode,
             self._clock,
             lanes.rows,

@@ -3,10 +3,7 @@
 import numba
 import numpy as np
 
-from neuro_controller.core.genome import GENES
-
-_FACTORS = np.uint64(0x9E3779B97F4A7C15) * (2 * np.arange(GENES, dtype=np.uint64) + np.uint64(1))
-
+_FACTOR = np.uint64(0x9E3779B97F4A7C15)
 _STEP = np.uint64(0xD1342543DE82EF95)
 
 
@@ -19,7 +16,7 @@ def episode_number(genome):
 
     Parameters
     ----------
-    genome : float32 array, shape (442,), C-contiguous
+    genome : float32 array, of one dimension, C-contiguous
 
     Returns
     -------
@@ -27,8 +24,8 @@ def episode_number(genome):
     """
     bits = genome.view(np.uint32)
     number = np.uint64(0)
-    for i in range(GENES):
-        number += np.uint64(bits[i]) * _FACTORS[i]
+    for i in range(len(genome)):
+        number += np.uint64(bits[i]) * (_FACTOR * np.uint64(2 * i + 1))
     return number
 
 
@@ -51,7 +48,7 @@ def episode_numbers(genomes, repetition=0):
 
     Parameters
     ----------
-    genomes : sequence of float32 arrays, shape (442,)
+    genomes : sequence of float32 arrays of one dimension
     repetition : int
 
     Returns

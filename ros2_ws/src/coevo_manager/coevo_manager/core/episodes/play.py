@@ -32,7 +32,7 @@ def evaluate_pairs(
 
     Parameters
     ----------
-    predators, prey : array_like, float32, shapes (p, 442) and (q, 442)
+    predators, prey : array_like, float32, shapes (p, genes) and (q, genes)
         Genes in [-5, 5].
     predator_index, prey_index : array_like of int, shape (n,)
         Episode i is between ``predators[predator_index[i]]`` and ``prey[prey_index[i]]``.
@@ -168,7 +168,8 @@ def check_index(index, count, name):
 
 
 def _run(predators, prey, predator_index, prey_index, environment, threads, measure):
-    predators, prey = check_genomes(predators, 'predators'), check_genomes(prey, 'prey')
+    predators = check_genomes(predators, 'predators', environment.layout)
+    prey = check_genomes(prey, 'prey', environment.layout)
     predator_index = check_index(predator_index, len(predators), 'predator_index')
     prey_index = check_index(prey_index, len(prey), 'prey_index')
     if len(predator_index) != len(prey_index):

@@ -17,13 +17,13 @@ ARENAS = 32
 
 
 @compile_kernel
-def _start(lane, genome, rows):
-    start_robot(lane, genome, rows)
+def _start(layout, lane, genome, rows):
+    start_robot(layout, lane, genome, rows)
 
 
 @compile_kernel
-def _decide(rows, obstacle, slot, disturbance):
-    decide(rows, obstacle, slot, disturbance)
+def _decide(layout, rows, obstacle, slot, disturbance):
+    decide(layout, rows, obstacle, slot, disturbance)
     add_variation(rows.wheels, rows.complexity)
 
 
@@ -92,7 +92,7 @@ class PymunkPlayer:
         for robot, genome in enumerate(players):
             lane = pair + robot * HALF
             key = self._environment.perturbations.seed, opponents[robot]
-            _start(lane, genome, lanes.rows)
+            _start(lanes.layout, lane, genome, lanes.rows)
             if lanes.disturbance is not None:
                 begin(lanes.disturbance, lane, *key)
             poses.append(start_pose(lanes.starts, robot, *key))
@@ -103,7 +103,7 @@ class PymunkPlayer:
         slot = self._clock % FATIGUE_TICKS
         self._clock += 1
         for lanes, wheels in zip(self._blocks, self._arenas.wheels, strict=True):
-            _decide(lanes.rows, self._environment.obstacle, slot, lanes.disturbance)
+            _decide(lanes.layout, lanes.rows, self._environment.obstacle, slot, lanes.disturbance)
             moved = lanes.rows.wheels if lanes.disturbance is None else lanes.disturbance.rolling
             wheels[:] = moved
         captured = self._arenas.step().reshape(-1, HALF)

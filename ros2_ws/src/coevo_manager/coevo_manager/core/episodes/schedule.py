@@ -75,7 +75,7 @@ class Rings(NamedTuple):
 
     Attributes
     ----------
-    genomes : float32 array, shape (g, 442)
+    genomes : float32 array, shape (g, genes)
     episodes, requests, changes : arrays of EPISODE, REQUEST and CHANGE
     mutations : int64 array
         One more than the number of each mutation's last change.

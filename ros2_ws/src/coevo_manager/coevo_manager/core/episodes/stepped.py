@@ -10,7 +10,7 @@ from marxbot_sim.core.disturbance import Disturbance, disturb_readings, disturb_
 from marxbot_sim.core.layout import COSINE, SINE, X, Y
 from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
-from neuro_controller.core.genome import GENES, OUTPUTS, SENSORS
+from neuro_controller.core.genome import OUTPUTS
 from neuro_controller.core.network import (
     FATIGUE_TICKS,
     MOTORS,
@@ -59,30 +59,30 @@ def _own(disturbance, k):
 
 
 @kernel_part
-def _perceive(rows, obstacle, disturbance):
+def _perceive(layout, rows, obstacle, disturbance):
     """Let the robots of eight episodes sense, up to their sensory neurons."""
-    sense(rows.bodies, rows.arena, obstacle, rows.readings)
+    sense(layout.robot, rows.bodies, rows.arena, obstacle, rows.readings)
     if disturbance is not None:
         disturb_readings(disturbance, rows.readings)
-    perceive(rows.readings, rows.memory, rows.settings, rows.inputs)
+    perceive(layout, rows.readings, rows.memory, rows.settings, rows.inputs)
 
 
 @kernel_part
-def _act(rows, actions, driven, first, obstacle, slot, disturbance):
+def _act(layout, rows, actions, driven, first, obstacle, slot, disturbance):
     """Make the rest of a tick of eight episodes; return where the prey was captured, as bits.
 
     Motor neurons are the networks', but those of robots that are driven from outside.
     """
     if not (driven[0] and driven[1]):
-        think(rows.weights, rows.memory, rows.inputs)
-        recall(rows.weights, rows.memory)
+        think(layout, rows.weights, rows.memory, rows.inputs)
+        recall(layout, rows.weights, rows.memory)
     for robot in range(2):
         if driven[robot]:
             for pair in range(HALF):
                 for motor in range(OUTPUTS):
                     action = actions[robot, first + pair, motor]
                     rows.memory[MOTORS + motor, robot * HALF + pair] = min(max(action, 0.0), 1.0)
-    drive(rows.memory, rows.inputs, rows.settings, rows.history, slot, rows.wheels)
+    drive(layout, rows.memory, rows.inputs, rows.settings, rows.history, slot, rows.wheels)
     if disturbance is not None:
         disturb_wheels(disturbance, rows.wheels)
         return lane_bits(move(rows.bodies, disturbance.rolling, rows.arena, obstacle))
@@ -101,20 +101,30 @@ def _copy_inputs(rows, driven, first, observations):
 
 
 @compile_kernel
-def _tick(rows, actions, driven, obstacle, slot, disturbance, observations, captured):
+def _tick(layout, rows, actions, driven, obstacle, slot, disturbance, observations, captured):
     """Make a tick of all episodes, and let their robots sense."""
     for k in range(rows.bodies.shape[0]):
         block, own, first = _block(rows, k), _own(disturbance, k), k * HALF
-        bits = _act(block, actions, driven, first, obstacle, slot, own)
+        bits = _act(layout, block, actions, driven, first, obstacle, slot, own)
         for pair in range(HALF):
             captured[first + pair] = bits >> pair & 1
-        _perceive(block, obstacle, own)
+        _perceive(layout, block, obstacle, own)
         _copy_inputs(block, driven, first, observations)
 
 
 @compile_kernel
 def _begin(
-    rows, pairs, genomes, numbers, driven, obstacle, disturbance, starts, seed, observations
+    layout,
+    rows,
+    pairs,
+    genomes,
+    numbers,
+    driven,
+    obstacle,
+    disturbance,
+    starts,
+    seed,
+    observations,
 ):
     """Begin some of the episodes, and let the robots of their blocks sense.
 
@@ -127,12 +137,12 @@ def _begin(
         block, own = _block(rows, k), _own(disturbance, k)
         for robot in range(2):
             lane = pair + robot * HALF
-            start_robot(lane, genomes[robot, i], block)
+            start_robot(layout, lane, genomes[robot, i], block)
             begin_numbered(numbers[i, robot], lane, block, own, starts, seed)
     for k in range(len(touched)):
         if touched[k]:
             block, own = _block(rows, k), _own(disturbance, k)
-            _perceive(block, obstacle, own)
+            _perceive(layout, block, obstacle, own)
             _copy_inputs(block, driven, k * HALF, observations)
 
 
@@ -176,7 +186,7 @@ class SteppedEpisodes:
     ----------
     actions : float32 array, shape (2, count, 2)
         Motor neurons tm and rm of predators and prey in the next tick; kept within 0..1.
-    observations : float32 array, shape (2, count, 25)
+    observations : float32 array, shape (2, count, inputs)
         Sensory neurons of the robots that are driven, kept within 0..1. They leave it only where
         two bodies overlap, after a capture.
     captured : bool array, shape (count,)
@@ -192,6 +202,7 @@ class SteppedEpisodes:
         if environment.physics != 'kinematic':
             raise ValueError(f'physics is {environment.physics!r}, expected kinematic')
         self.environment = environment
+        self._layout = environment.layout
         self._count = count
         lanes = [EpisodeLanes(environment) for _ in range(-(-count // HALF))]
         self._rows = Rows(*map(_stacked, zip(*(each.rows for each in lanes), strict=True)))
@@ -201,7 +212,7 @@ class SteppedEpisodes:
         self._clock = 0
         padded = len(lanes) * HALF
         self._actions = np.full((2, padded, OUTPUTS), 0.5, np.float32)
-        self._observations = np.zeros((2, padded, SENSORS), np.float32)
+        self._observations = np.zeros((2, padded, self._layout.inputs), np.float32)
         self._captured = np.zeros(padded, np.bool_)
         self.actions = self._actions[:, :count]
         self.observations = self._observations[:, :count]
@@ -217,13 +228,14 @@ class SteppedEpisodes:
         numbers : uint64 array, shape (k, 2)
             Under which predator and prey draw their starts and noise, as
             `coevo_manager.core.episodes.numbering.episode_numbers` gives them for genomes.
-        opponents : float32 array, shape (k, 442), optional
+        opponents : float32 array, shape (k, genes), optional
             Genomes of the robots that are not driven.
         """
-        genomes = np.zeros((2, len(pairs), GENES), np.float32)
+        genomes = np.zeros((2, len(pairs), self._layout.genes), np.float32)
         if opponents is not None:
             genomes[~self._driven] = opponents
         _begin(
+            self._layout,
             self._rows,
             np.asarray(pairs, np.int64),
             genomes,
@@ -239,6 +251,7 @@ class SteppedEpisodes:
     def step(self):
         """Make a tick of all episodes with the `actions` there are; they go on after a capture."""
         _tick(
+            self._layout,
             self._rows,
             self._actions,
             self._driven,

@@ -15,7 +15,6 @@ from coevo_manager.core.episodes.schedule import (
     REQUEST,
     Rings,
 )
-from neuro_controller.core.genome import GENES
 
 
 class _Ring:
@@ -77,7 +76,7 @@ class EpisodeStream:
     def __init__(self, environment, measure=False):
         self.environment = environment
         self._player = _make_player(environment, measure)
-        self._genomes = _Ring((np.float32, (GENES,)))
+        self._genomes = _Ring((np.float32, (environment.layout.genes,)))
         self._episodes = _Ring(EPISODE)
         self._mutations = _Ring(np.int64)
         self._changes = _Ring(CHANGE)
@@ -98,7 +97,7 @@ class EpisodeStream:
         ----------
         ticket : object
             Comes back with the result.
-        predators, prey : float32 arrays, shapes (p, 442) and (q, 442)
+        predators, prey : float32 arrays, shapes (p, genes) and (q, genes)
         predator_index, prey_index : integer arrays, shape (n,), n >= 1
             Which predator meets which prey.
         """

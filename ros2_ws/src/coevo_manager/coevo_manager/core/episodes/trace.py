@@ -9,6 +9,7 @@ from coevo_manager.core.episodes.numbering import episode_numbers
 from marxbot_sim.core.disturbance import PerturbedRobots
 from marxbot_sim.core.physics import make_world
 from neuro_controller.core.controller import Controller
+from neuro_controller.core.genome import check_genomes
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,9 @@ class Trace:
         x and y in m and heading in rad, at the start and after each tick.
     wheels : float32 array, shape (t, 2, 2)
         Speeds asked of left and right wheel, rad/s.
-    readings : float32 array, shape (t, 2, 37)
+    readings : float32 array, shape (t, 2, readings)
         What the robots sensed at the start of each tick, see `marxbot_sim.core.layout`.
-    inputs, hidden, outputs : float32 arrays, shapes (t, 2, 25), (t, 2, 10), (t, 2, 2)
+    inputs, hidden, outputs : float32 arrays, shapes (t, 2, n)
         Neurons after each tick, 0..1.
     ticks : int
         Length of the episode, t.
@@ -46,7 +47,7 @@ def trace_pair(predator, prey, environment=Environment(), repetition=0):
 
     Parameters
     ----------
-    predator, prey : array_like, float32, shape (442,)
+    predator, prey : array_like, float32, shape (genes,)
     environment : Environment
     repetition : int
         Which of the pair's episodes, from 0 to below ``environment.repetitions``.
@@ -66,14 +67,18 @@ def trace_pair(predator, prey, environment=Environment(), repetition=0):
     >>> trace.poses.shape == (trace.ticks + 1, 2, 3)
     True
     """
-    world = make_world(environment.physics, environment.arena)
+    world = make_world(environment.physics, environment.arena, environment.robot)
     robots = PerturbedRobots(environment.perturbations, environment.max_wheel_speeds)
-    opponents = episode_numbers(np.array([prey, predator], np.float32), repetition)
+    players = [
+        check_genomes(np.atleast_2d(genome), name, environment.layout)[0]
+        for name, genome in (('predator', predator), ('prey', prey))
+    ]
+    opponents = episode_numbers(players[::-1], repetition)
     world.reset(robots.starts(opponents))
     robots.begin(opponents)
     controllers = [
-        Controller(genome, speed, **environment.network_settings)
-        for genome, speed in zip((predator, prey), environment.max_wheel_speeds, strict=True)
+        Controller(genome, speed, **environment.network_settings, robot=environment.robot)
+        for genome, speed in zip(players, environment.max_wheel_speeds, strict=True)
     ]
     poses = [world.poses]
     wheels: list[list[np.ndarray]] = []

@@ -8,26 +8,26 @@ from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes.kernel import begin_against, decide, start_robot
 from coevo_manager.core.episodes.lanes import EpisodeLanes
 from coevo_manager.core.episodes.trace import Trace, trace_pair
-from marxbot_sim.core.layout import BODY_ROWS, COSINE, READING_ROWS, SINE, WHEEL_ROWS, X, Y
+from marxbot_sim.core.layout import BODY_ROWS, COSINE, SINE, WHEEL_ROWS, X, Y
 from marxbot_sim.core.motion import move
-from neuro_controller.core.genome import HIDDEN, OUTPUTS, SENSORS
-from neuro_controller.core.network import FATIGUE_TICKS, MOTORS
+from neuro_controller.core.genome import OUTPUTS
+from neuro_controller.core.network import FATIGUE_TICKS, MOTORS, STATE, recall_row
 from simd_lanes import HALF, LANES, compile_kernel, lane_bits
 
 
 @compile_kernel
-def _start(pair, predator, prey, rows, disturbance, starts, seed):
+def _start(layout, pair, predator, prey, rows, disturbance, starts, seed):
     """Start an episode in a pair of lanes."""
-    start_robot(pair, predator, rows)
-    start_robot(pair + HALF, prey, rows)
+    start_robot(layout, pair, predator, rows)
+    start_robot(layout, pair + HALF, prey, rows)
     begin_against(prey, 0, pair, rows, disturbance, starts, seed)
     begin_against(predator, 0, pair + HALF, rows, disturbance, starts, seed)
 
 
 @compile_kernel
-def _tick(rows, obstacle, slot, disturbance):
+def _tick(layout, rows, obstacle, slot, disturbance):
     """Run one tick of eight episodes; return where the prey was captured, as lane bits."""
-    decide(rows, obstacle, slot, disturbance)
+    decide(layout, rows, obstacle, slot, disturbance)
     if disturbance is not None:
         return lane_bits(move(rows.bodies, disturbance.rolling, rows.arena, obstacle))
     return lane_bits(move(rows.bodies, rows.wheels, rows.arena, obstacle))
@@ -44,7 +44,7 @@ def trace_pairs(
 
     Parameters
     ----------
-    predators, prey : float32 arrays, shapes (p, 442) and (q, 442)
+    predators, prey : float32 arrays, shapes (p, genes) and (q, genes)
     predator_index, prey_index : integer arrays, shape (n,)
         Which predator meets which prey.
     environment : Environment
@@ -72,21 +72,24 @@ def _trace_eight(
     lanes = EpisodeLanes(environment)
     rows, disturbance = lanes.rows, lanes.disturbance
     for k, pair in enumerate(pairs):
-        _start(k, *pair, rows, disturbance, lanes.starts, environment.perturbations.seed)
+        _start(
+            lanes.layout, k, *pair, rows, disturbance, lanes.starts, environment.perturbations.seed
+        )
     longest = environment.episode_ticks
     bodies = np.empty((longest + 1, BODY_ROWS, LANES), np.float32)
     wheels = np.empty((longest, WHEEL_ROWS, LANES), np.float32)
-    readings = np.empty((longest, READING_ROWS, LANES), np.float32)
-    inputs = np.empty((longest, SENSORS, LANES), np.float32)
-    memory = np.empty((longest, MOTORS + OUTPUTS, LANES), np.float32)
+    readings = np.empty((longest, *rows.readings.shape), np.float32)
+    inputs = np.empty((longest, *rows.inputs.shape), np.float32)
+    neurons = recall_row(lanes.layout)
+    memory = np.empty((longest, neurons, LANES), np.float32)
     bodies[0] = rows.bodies
     ticks = np.full(len(pairs), longest)
     captured = np.zeros(len(pairs), bool)
     tick = 0
     while tick < longest and not captured.all():
-        bits = _tick(rows, environment.obstacle, tick % FATIGUE_TICKS, disturbance)
+        bits = _tick(lanes.layout, rows, environment.obstacle, tick % FATIGUE_TICKS, disturbance)
         wheels[tick], readings[tick], inputs[tick] = rows.wheels, rows.readings, rows.inputs
-        memory[tick] = rows.memory[: MOTORS + OUTPUTS]
+        memory[tick] = rows.memory[:neurons]
         tick += 1
         bodies[tick] = rows.bodies
         for k in range(len(pairs)):
@@ -103,9 +106,9 @@ def _trace_eight(
         yield Trace(
             np.stack([body[..., X], body[..., Y], heading], axis=-1),
             of_robots(wheels, 0, WHEEL_ROWS, end),
-            of_robots(readings, 0, READING_ROWS, end),
-            of_robots(inputs, 0, SENSORS, end),
-            of_robots(memory, 0, HIDDEN, end),
+            of_robots(readings, 0, len(rows.readings), end),
+            of_robots(inputs, 0, len(rows.inputs), end),
+            of_robots(memory, STATE, neurons, end),
             of_robots(memory, MOTORS, MOTORS + OUTPUTS, end),
             end,
             bool(captured[k]),

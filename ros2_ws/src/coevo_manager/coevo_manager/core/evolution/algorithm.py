@@ -88,7 +88,7 @@ class Algorithm(abc.ABC):
         return configuration.selected
 
     def rivals(self, state: State) -> np.ndarray:
-        """Return whom the agents meet when they have evolved, float32 (rivals, 442)."""
+        """Return whom the agents meet when they have evolved, float32 (rivals, genes)."""
         return state.genomes(OTHER[state.evolving])
 
     @abc.abstractmethod

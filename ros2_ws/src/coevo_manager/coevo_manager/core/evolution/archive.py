@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from neuro_controller.core.genome import GENES, check_genomes
+from neuro_controller.core.genome import Layout, check_genomes
 
-GENOME = np.dtype((np.float32, (GENES,)))
-"""A row of an archive's journal."""
+GENES = np.dtype(np.float32)
+"""What the journal of an archive has rows of: genome after genome, gene after gene."""
 
 
 class Archive:
-    """A list of genomes in one array, which grows by doubling."""
+    """A list of genomes of a layout in one array, which grows by doubling."""
 
-    def __init__(self) -> None:
-        self._rows = np.empty((16, GENES), np.float32)
+    def __init__(self, layout: Layout) -> None:
+        self._rows = np.empty((16, layout.genes), np.float32)
         self._size = 0
 
     def __len__(self) -> int:
@@ -22,14 +22,14 @@ class Archive:
 
     @property
     def genomes(self) -> np.ndarray:
-        """The members, float32 (size, 442); a view."""
+        """The members, float32 (size, genes); a view."""
         return self._rows[: self._size]
 
     def add(self, genomes: np.ndarray) -> None:
-        """Append genomes, float32 (k, 442)."""
+        """Append genomes, float32 (k, genes)."""
         size = self._size + len(genomes)
         if size > len(self._rows):
-            grown = np.empty((1 << (size - 1).bit_length(), GENES), np.float32)
+            grown = np.empty((1 << (size - 1).bit_length(), self._rows.shape[1]), np.float32)
             grown[: self._size] = self.genomes
             self._rows = grown
         self._rows[self._size : size] = genomes
@@ -41,8 +41,12 @@ class Archive:
         self._rows[place] = self._rows[self._size]
 
     @classmethod
-    def of(cls, genomes: np.ndarray, name: str) -> Archive:
+    def of(cls, genes: np.ndarray, name: str, layout: Layout) -> Archive:
         """Return an archive of the members in a journal; ValueError, naming it, for nonsense."""
-        archive = cls()
-        archive.add(check_genomes(genomes, name))
+        if genes.size % layout.genes:
+            raise ValueError(
+                f'{name} has {genes.size} genes, expected {layout.genes} for each member'
+            )
+        archive = cls(layout)
+        archive.add(check_genomes(genes.reshape(-1, layout.genes), name, layout))
         return archive

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from coevo_manager.core.configuration import Configuration
+from coevo_manager.core.configuration import FIELDS, Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm
 from coevo_manager.core.evolution.files import npz_bytes, write_whole
 from coevo_manager.core.evolution.loading import memory_size
@@ -21,9 +21,11 @@ from neuro_controller.core.genome import check_genomes
 from neuro_controller.core.reading import (
     ReadingError,
     opened,
+    parse_json,
     read_arrays,
     reading,
 )
+from neuro_controller.core.settings import FIRST_RUNS
 
 VERSION = 3
 KEPT = 2
@@ -116,7 +118,7 @@ def load(path: Path, configuration: Configuration) -> tuple[State, Seal, dict[st
             )
         if str(arrays.pop('sha256')) != _digest(arrays):
             raise ValueError('its checksum does not match')
-        if str(arrays['configuration']) != _identity(configuration):
+        if not _belongs(str(arrays['configuration']), configuration):
             raise OtherRunError(f'{path} belongs to a run of another configuration')
         own = {
             name.removeprefix(_ALGORITHM): arrays.pop(name)
@@ -128,7 +130,8 @@ def load(path: Path, configuration: Configuration) -> tuple[State, Seal, dict[st
 
 def _state(arrays: Mapping[str, np.ndarray], configuration: Configuration) -> State:
     size, longest = configuration.population, configuration.pair_ticks
-    genomes = [check_genomes(arrays[name], name) for name in ('predators', 'prey')]
+    layout = configuration.layout
+    genomes = [check_genomes(arrays[name], name, layout) for name in ('predators', 'prey')]
     ticks, evolving = arrays['capture_ticks'], str(arrays['evolving'])
     if [len(population) for population in genomes] != [size, size]:
         raise ValueError(f'its populations are not of {size}')
@@ -226,6 +229,12 @@ def check_content(folder: Path, configuration: Configuration) -> None:
 
 def _identity(configuration: Configuration) -> str:
     return json.dumps(configuration.as_dict())
+
+
+def _belongs(identity: str, configuration: Configuration) -> bool:
+    """Whether that is a configuration's identity, or was before fields were added to it."""
+    before = {name: option.default for name, option in FIELDS.items()} | FIRST_RUNS
+    return {**before, **parse_json(identity)} == configuration.as_dict()
 
 
 def _digest(arrays: Mapping[str, np.ndarray | np.generic]) -> str:

@@ -184,9 +184,10 @@ class Evolution:
 
     def _first_populations(self) -> tuple[np.ndarray, np.ndarray]:
         size, seed = self.configuration.population, self.configuration.seed
+        layout = self.configuration.layout
         return (
-            random_genomes(size, generator(seed, 'first predators')),
-            random_genomes(size, generator(seed, 'first prey')),
+            random_genomes(size, generator(seed, 'first predators'), layout),
+            random_genomes(size, generator(seed, 'first prey'), layout),
         )
 
     def _run_phase(self, state: State, generations: int) -> None:

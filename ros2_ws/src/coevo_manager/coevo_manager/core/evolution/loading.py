@@ -13,7 +13,6 @@ from coevo_manager.core.evolution import algorithms, budget, optimizers
 from coevo_manager.core.evolution.fields import all_fields, own_fields
 from coevo_manager.core.worlds import WORLD, WORLDS
 from marxbot_sim.core.fields import check_choice
-from neuro_controller.core.genome import GENES
 
 
 def load_configuration(values: Mapping[str, Any], preset: str = 'quick') -> Configuration:
@@ -92,7 +91,7 @@ def memory_size(configuration: Configuration) -> int:
     """Return how many numbers the optimizer's memory of an individual has."""
     if configuration.optimizer_memory == 'dropped':
         return 0
-    return optimizers.load(configuration.optimizer).memory_size(GENES)
+    return optimizers.load(configuration.optimizer).memory_size(configuration.layout.genes)
 
 
 def remarks(configuration: Configuration, phases: int | None) -> list[str]:

@@ -18,7 +18,7 @@ class Opponents:
 
     Attributes
     ----------
-    genomes : float32 (m, 442)
+    genomes : float32 (m, genes)
     index : int (m,), optional
         Their places in the opposing population, whose results are known; None when they come
         from elsewhere.
@@ -45,7 +45,7 @@ class Agents:
 
     Attributes
     ----------
-    genomes : float32 (n, 442)
+    genomes : float32 (n, genes)
     training : int64 (n,)
         Fitness summed over the phase's opponents, in ticks; zeros where it is unknown.
     memory : float64 (n, size)
@@ -66,7 +66,7 @@ class Meeting:
 
     Attributes
     ----------
-    genome : float32 (442,)
+    genome : float32 (genes,)
         The agent after it.
     opponents : int (k, m)
         Whom each candidate met.
@@ -84,14 +84,14 @@ class Evolved:
 
     Attributes
     ----------
-    genomes : float32 (n, 442)
+    genomes : float32 (n, genes)
     training : int64 (n,)
         Their fitness summed over the opponents, in ticks.
     capture_ticks : int32 (n, rivals)
         Of their episodes against the rivals.
     memory : float64 (n, size)
         What their optimizers remember.
-    positions : float32 (n, 442)
+    positions : float32 (n, genes)
         Where their optimizers would go on.
     meetings : list of list of Meeting
         Of each agent, in order, where opponents were drawn for each generation.

@@ -49,7 +49,7 @@ class Phase:
         Length of the phase.
     agents : Agents
     opponents : Opponents
-    rivals : float32 (rivals, 442)
+    rivals : float32 (rivals, genes)
         Whom every agent meets when it has evolved: the opposing population.
     """
 
@@ -102,7 +102,7 @@ class _Agent:
 
     @property
     def genome(self) -> np.ndarray:
-        """The agent as it is now, float32 (442,)."""
+        """The agent as it is now, float32 (genes,)."""
         return self.optimizer.best
 
     def next_work(self, longest_lineage: int) -> Batch | Lineage:

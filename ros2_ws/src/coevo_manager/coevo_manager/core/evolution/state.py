@@ -18,7 +18,7 @@ class State:
 
     Attributes
     ----------
-    predators, prey : float32 (N, 442)
+    predators, prey : float32 (N, genes)
         Genomes.
     capture_ticks : int32 (N, N)
         Capture tick of each predator (row) against each prey (column), summed over the episodes of
@@ -51,7 +51,7 @@ class State:
             self.memory = {species: np.zeros((len(self.prey), 0)) for species in SPECIES}
 
     def genomes(self, species: str) -> np.ndarray:
-        """Return a species' genomes, float32 (N, 442)."""
+        """Return a species' genomes, float32 (N, genes)."""
         return self.predators if species == 'predator' else self.prey
 
     def fitness(self, species: str) -> np.ndarray:
@@ -77,7 +77,7 @@ class State:
         Parameters
         ----------
         places : int (k,)
-        genomes : float32 (k, 442)
+        genomes : float32 (k, genes)
         ticks : int32 (k, N)
             Their capture ticks against the opposing population.
         memory : float64 (k, size)

@@ -3,11 +3,8 @@
 /* Draws two robots in their arena, and their neurons, from above, whoever moves them: a recorded
    episode, or robots that run now. `world` has the constants of report/packing.py. Each robot
    is { x, y, heading, wheels: [left, right], neurons, trail: { x, y, length } }: m, rad, rad/s, and
-   the activations of LAYERS one after the other, 0 to 1. */
+   the activations that world.layers places, 0 to 1. */
 
-const RAYS = 24;
-const LAYERS = { infrared: [0, 24], inputs: [24, 25], hidden: [49, 10], motors: [59, 2] };
-const CHANNELS = 61;
 
 /* A colour of the page, so that canvases follow its light or dark style. */
 function pageColour(element, name) {
@@ -95,11 +92,11 @@ class ArenaView {
   }
 
   drawSensors(context, robot, k) {
-    const { radius, range, colours } = this.world;
-    for (let i = 0; i < RAYS; i += 1) {
-      const activation = robot.neurons[LAYERS.infrared[0] + i];
+    const { radius, range, colours, layers } = this.world;
+    for (let i = 0; i < layers.rays; i += 1) {
+      const activation = robot.neurons[i];
       if (activation === 0) continue;
-      const angle = ((7.5 + 15 * i) * Math.PI) / 180;
+      const angle = ((i + 0.5) * 2 * Math.PI) / layers.rays;
       context.beginPath();
       context.moveTo(Math.cos(angle) * radius, Math.sin(angle) * radius);
       context.lineTo(Math.cos(angle) * (radius + range), Math.sin(angle) * (radius + range));
@@ -107,11 +104,11 @@ class ArenaView {
       context.lineWidth = 0.008;
       context.stroke();
     }
-    for (let i = 0; i < 8; i += 1) {
-      const seen = robot.neurons[LAYERS.inputs[0] + 8 + i];
+    for (let i = 0; i < layers.sectors; i += 1) {
+      const seen = robot.neurons[layers.camera + i];
       if (seen === 0) continue;
       context.beginPath();
-      context.arc(0, 0, radius + range + 0.04, (i * Math.PI) / 4, ((i + 1) * Math.PI) / 4);
+      context.arc(0, 0, radius + range + 0.04, (i * 2 * Math.PI) / layers.sectors, ((i + 1) * 2 * Math.PI) / layers.sectors);
       context.strokeStyle = colours[1 - k];
       context.globalAlpha = 0.35 + 0.65 * seen;
       context.lineWidth = 0.04;
@@ -126,13 +123,6 @@ class ArenaView {
     context.clearRect(0, 0, canvas.width, canvas.height);
     this.soft = pageColour(canvas, '--soft');
     this.line = pageColour(canvas, '--line');
-    const groups = [
-      ['infrared groups', LAYERS.inputs[0], 8], ['camera', LAYERS.inputs[0] + 8, 8],
-      ['mean', LAYERS.inputs[0] + 16, 1], ['ground', LAYERS.inputs[0] + 17, 4],
-      ['mean', LAYERS.inputs[0] + 21, 1], ['contact', LAYERS.inputs[0] + 22, 1],
-      ['clock', LAYERS.inputs[0] + 23, 1], ['fatigue', LAYERS.inputs[0] + 24, 1],
-    ];
-    const rows = [groups.slice(0, 3), groups.slice(3), [['hidden', ...LAYERS.hidden], ['translation, rotation', ...LAYERS.motors]]];
     this.robots.forEach((robot, k) => {
       const top = k * 440;
       context.font = 'bold 24px system-ui, sans-serif';
@@ -143,11 +133,13 @@ class ArenaView {
       context.fillStyle = this.soft;
       const most = this.world.speeds[k] === null ? '' : ` of ${this.world.speeds[k]}`;
       context.fillText(`wheels ${left}, ${right}${most} rad/s`, 140, top + 24);
-      rows.forEach((row, r) => this.drawBars(context, row, k, top + 44 + r * 128));
+      this.world.layers.bars.forEach((row, r) => this.drawBars(context, row, k, top + 44 + r * 128));
     });
   }
 
   drawBars(context, row, k, top) {
+    const wide = row.reduce((total, [, , count]) => total + count, 0);
+    const step = Math.min(36, (this.neurons.width - 22 * row.length) / wide);
     let x = 0;
     for (const [name, first, count] of row) {
       context.font = '18px system-ui, sans-serif';
@@ -156,13 +148,13 @@ class ArenaView {
       const labelled = context.measureText(name).width;
       for (let i = 0; i < count; i += 1) {
         const value = this.robots[k].neurons[first + i];
-        const left = x + i * 36;
+        const left = x + i * step;
         context.fillStyle = this.line;
-        context.fillRect(left, top + 24, 30, 80);
+        context.fillRect(left, top + 24, step - 6, 80);
         context.fillStyle = this.world.colours[k];
-        context.fillRect(left, top + 24 + 80 * (1 - value), 30, 80 * value);
+        context.fillRect(left, top + 24 + 80 * (1 - value), step - 6, 80 * value);
       }
-      x += Math.max(count * 36, labelled) + 22;
+      x += Math.max(count * step, labelled) + 22;
     }
   }
 }

@@ -46,8 +46,8 @@ async function inflate(base64) {
   return new Response(stream).arrayBuffer();
 }
 
-/* Undo player.py's packing: channels of differences, one after the other. */
-async function unpack(episode, units) {
+/* Undo packing.py's packing: channels of differences, one after the other. */
+async function unpack(episode, { units, layers }) {
   const buffer = await inflate(episode.data);
   const ticks = episode.ticks;
   let start = 0;
@@ -67,7 +67,7 @@ async function unpack(episode, units) {
     captured: episode.captured,
     poses: robots(Int16Array, 3, ticks + 1, 2, (c) => (c < 2 ? units.length : (2 * Math.PI) / units.turn)),
     wheels: robots(Int16Array, 2, ticks, 1, () => units.speed),
-    neurons: robots(Uint8Array, CHANNELS, ticks, 1, () => 1 / units.neuron),
+    neurons: robots(Uint8Array, layers.channels, ticks, 1, () => 1 / units.neuron),
   };
 }
 
@@ -150,7 +150,7 @@ class EpisodePlayer {
     this.element('status').textContent = 'loading';
     let trace;
     try {
-      trace = await unpack(await this.loadEpisode(run, name), run.units);
+      trace = await unpack(await this.loadEpisode(run, name), run);
     } catch (error) {
       if (isWanted()) this.element('status').textContent = error.message;
       return;

@@ -10,7 +10,7 @@ import numpy as np
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import optimizers
 from coevo_manager.core.evolution.algorithm import Algorithm
-from coevo_manager.core.evolution.archive import GENOME, Archive
+from coevo_manager.core.evolution.archive import GENES, Archive
 from coevo_manager.core.evolution.comparison import OPENAI_ES
 from coevo_manager.core.evolution.matchup import Agents, Evolved, Opponents
 from coevo_manager.core.evolution.randomness import generator
@@ -36,11 +36,11 @@ class ArchiveOfBest(Algorithm):
         'swap_generations': 10,
         'snapshot_generations': 100,
     }
-    journals: ClassVar[Mapping[str, np.dtype]] = {f'archive_{s}': GENOME for s in SPECIES}
+    journals: ClassVar[Mapping[str, np.dtype]] = {f'archive_{s}': GENES for s in SPECIES}
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__(configuration)
-        self._archives = {species: Archive() for species in SPECIES}
+        self._archives = {species: Archive(configuration.layout) for species in SPECIES}
         self._lineages: dict[str, np.ndarray] = {}
         self._memory: dict[str, np.ndarray] = {}
         self._entered = dict.fromkeys(SPECIES, 0)
@@ -117,7 +117,7 @@ class ArchiveOfBest(Algorithm):
         return self.take_places(state, evolved)
 
     def enter(self, species: str, genomes: np.ndarray) -> None:
-        """Add members to an archive, float32 (k, 442)."""
+        """Add members to an archive, float32 (k, genes)."""
         self._archives[species].add(genomes)
         self.note(f'archive_{species}', genomes)
 
@@ -153,8 +153,8 @@ class ArchiveOfBest(Algorithm):
         """Take back lineages and archives."""
         for species, entered in zip(SPECIES, arrays['entered'].tolist(), strict=True):
             name = f'lineages_{species}'
-            self._lineages[species] = check_genomes(arrays[name], name)
+            self._lineages[species] = check_genomes(arrays[name], name, self.configuration.layout)
             self._memory[species] = arrays[f'memory_{species}']
             self._entered[species] = entered
             name = f'archive_{species}'
-            self._archives[species] = Archive.of(journals[name], name)
+            self._archives[species] = Archive.of(journals[name], name, self.configuration.layout)

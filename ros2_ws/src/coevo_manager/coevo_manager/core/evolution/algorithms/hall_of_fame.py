@@ -9,7 +9,7 @@ import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm, Contest
-from coevo_manager.core.evolution.archive import GENOME, Archive
+from coevo_manager.core.evolution.archive import GENES, Archive
 from coevo_manager.core.evolution.matchup import Opponents
 from coevo_manager.core.evolution.selection import fittest
 from coevo_manager.core.evolution.state import State
@@ -26,7 +26,7 @@ class HallOfFame(Algorithm):
     """
 
     external_opponents = True
-    journals: ClassVar = {f'hall_{species}': GENOME for species in SPECIES}
+    journals: ClassVar = {f'hall_{species}': GENES for species in SPECIES}
     parameters: ClassVar = (
         Option(
             'archive_share',
@@ -41,7 +41,7 @@ class HallOfFame(Algorithm):
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__(configuration)
-        self._halls = {species: Archive() for species in SPECIES}
+        self._halls = {species: Archive(configuration.layout) for species in SPECIES}
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Sample the hall of fame without replacement; fill up with the fittest of today."""
@@ -69,6 +69,6 @@ class HallOfFame(Algorithm):
     ) -> None:
         """Take back both halls."""
         self._halls = {
-            species: Archive.of(journals[f'hall_{species}'], f'hall_{species}')
-            for species in SPECIES
+            species: Archive.of(journals[name], name, self.configuration.layout)
+            for species, name in ((species, f'hall_{species}') for species in SPECIES)
         }

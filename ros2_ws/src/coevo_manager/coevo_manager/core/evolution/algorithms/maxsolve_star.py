@@ -130,4 +130,6 @@ class MaxsolveStar(ArchiveOfBest):
                 )
             record = Record.of(self.configuration.maxsolve_periods, first, left, uses)
             self._records[species] = record
-            self._archives[species] = Archive.of(everyone[record.members], f'archive_{species}')
+            self._archives[species] = Archive.of(
+                everyone[record.members], f'archive_{species}', self.configuration.layout
+            )

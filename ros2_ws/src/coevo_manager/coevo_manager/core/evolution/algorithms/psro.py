@@ -9,7 +9,7 @@ import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution.algorithm import Algorithm
-from coevo_manager.core.evolution.archive import GENOME, Archive
+from coevo_manager.core.evolution.archive import GENES, Archive
 from coevo_manager.core.evolution.matchup import Agents, Evolved, Opponents
 from coevo_manager.core.evolution.meta_strategy import SOLVERS, systematic_sample
 from coevo_manager.core.evolution.state import State, fitness_of
@@ -40,13 +40,13 @@ class Psro(Algorithm):
         ),
     )
     journals: ClassVar[Mapping[str, np.dtype]] = {
-        **{f'members_{species}': GENOME for species in SPECIES},
+        **{f'members_{species}': GENES for species in SPECIES},
         'results': np.dtype(np.int32),
     }
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__(configuration)
-        self._members = {species: Archive() for species in SPECIES}
+        self._members = {species: Archive(configuration.layout) for species in SPECIES}
         self._ticks = np.empty((0, 0), np.int32)
         self._mixture = np.empty(0)
 
@@ -128,7 +128,7 @@ class Psro(Algorithm):
         del arrays
         for species in SPECIES:
             name = f'members_{species}'
-            self._members[species] = Archive.of(journals[name], name)
+            self._members[species] = Archive.of(journals[name], name, self.configuration.layout)
         size, results = self.configuration.population, journals['results']
         self._ticks = results[: size * size].reshape(size, size)
         place = size * size

@@ -21,7 +21,9 @@ class RandomOpponents(Algorithm):
 
     def opponents(self, state: State, rng: np.random.Generator) -> Opponents:
         """Draw n new genomes."""
-        return Opponents(random_genomes(self.configuration.selected, rng))
+        return Opponents(
+            random_genomes(self.configuration.selected, rng, self.configuration.layout)
+        )
 
     def scores(self, contest: Contest) -> np.ndarray:
         """Sum fitness over the random opponents."""

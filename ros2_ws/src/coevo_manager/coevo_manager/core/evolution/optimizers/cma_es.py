@@ -15,7 +15,7 @@ from neuro_controller.core.genome import GENE_RANGE
 class CmaEs(Optimizer):
     """Separable CMA-ES (Ros and Hansen 2008): linear in the number of genes.
 
-    A full covariance of 442 genes could not be learned within a phase, and costs a hundred times
+    A full covariance of all genes could not be learned within a phase, and costs a hundred times
     more. Genes are kept in their limits by pycma's boundary transformation.
     """
 
