@@ -1,0 +1,48 @@
+"""The commands of the tutorials, one after the other, as a reader types them."""
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+from ros_processes import ROOT
+
+BLOCK = re.compile(
+    r'^```(bash|python)( title="first terminal")?\n(.*?)^```$', re.MULTILINE | re.DOTALL
+)
+
+
+@contextlib.contextmanager
+def running(command, **settings):
+    """Keep a command of the first terminal running."""
+    process = subprocess.Popen(command, shell=True, start_new_session=True, **settings)
+    try:
+        yield
+        assert process.poll() is None, 'what should keep running has ended'
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGINT)
+        process.wait(60)
+
+
+@pytest.mark.parametrize('page', ['researcher', 'roboticist'])
+def test_every_command_works(page, ros_env, tmp_path):
+    blocks = BLOCK.findall((ROOT / 'docs' / 'tutorials' / f'{page}.md').read_text())
+    assert len(blocks) > 3
+    settings = {'cwd': tmp_path, 'env': ros_env, 'stdin': subprocess.DEVNULL}
+    with contextlib.ExitStack() as stack:
+        for language, first_terminal, text in blocks:
+            script = text.replace('scripts/', f'{ROOT}/scripts/')
+            if first_terminal:
+                quiet = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
+                stack.enter_context(running(script, **settings, **quiet))
+                continue
+            shell = ['bash', '-e'] if language == 'bash' else [sys.executable]
+            done = subprocess.run(
+                [*shell, '-c', script], capture_output=True, text=True, timeout=280, **settings
+            )
+            assert done.returncode == 0, done.stdout + done.stderr
+    assert (tmp_path / 'chase.png').exists()
