@@ -15,11 +15,17 @@ BLOCK = re.compile(
 )
 
 
+ANSWERS = [ROOT / 'scripts' / 'ros2', 'lifecycle', 'get', '/predator/controller']
+"""What succeeds once the demo is up."""
+
+
 @contextlib.contextmanager
 def running(command, **settings):
-    """Keep a command of the first terminal running."""
+    """Keep a command of the first terminal running, once it is up."""
     process = subprocess.Popen(command, shell=True, start_new_session=True, **settings)
     try:
+        while subprocess.run(ANSWERS, **settings).returncode:
+            assert process.poll() is None
         yield
         assert process.poll() is None, 'what should keep running has ended'
     finally:
@@ -28,6 +34,7 @@ def running(command, **settings):
         process.wait(60)
 
 
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize('page', ['researcher', 'roboticist'])
 def test_every_command_works(page, ros_env, tmp_path):
     blocks = BLOCK.findall((ROOT / 'docs' / 'tutorials' / f'{page}.md').read_text())
@@ -42,7 +49,7 @@ def test_every_command_works(page, ros_env, tmp_path):
                 continue
             shell = ['bash', '-e'] if language == 'bash' else [sys.executable]
             done = subprocess.run(
-                [*shell, '-c', script], capture_output=True, text=True, timeout=280, **settings
+                [*shell, '-c', script], capture_output=True, text=True, **settings
             )
             assert done.returncode == 0, done.stdout + done.stderr
     assert (tmp_path / 'chase.png').exists()
