@@ -133,7 +133,7 @@ class Configuration:
     perturbed_robots: str = same_as(OPTIONS['perturbed_robots'])
     perturbation_seed: int = same_as(OPTIONS['perturbation_seed'])
 
-    parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         check_fields(self)
