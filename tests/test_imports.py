@@ -18,6 +18,8 @@ CORE_BELOW = ('rclpy', 'node_runner', 'ament_index_python', 'launch')
 FORBIDDEN = {
     'marxbot_sim': ('neuro_controller', 'coevo_manager', 'coevo_msgs'),
     'neuro_controller': ('marxbot_sim', 'coevo_manager', 'coevo_msgs'),
+    'robot_senses': ('marxbot_sim', 'neuro_controller', 'coevo_manager', 'coevo_msgs'),
+    'marxbot_sensors': ('marxbot_sim', 'neuro_controller', 'coevo_manager', 'simd_lanes'),
     'simd_lanes': ('marxbot_sim', 'neuro_controller', 'coevo_manager', 'node_runner'),
     'node_runner': ('marxbot_sim', 'neuro_controller', 'coevo_manager', 'simd_lanes'),
     'coevo_manager': ('red_queen',),

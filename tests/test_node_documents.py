@@ -10,12 +10,14 @@ from coevo_manager.runs.manager import MANAGER
 from marxbot_sim.interface import SIMULATOR
 from neuro_controller.interface import CONTROLLER, GENOME_SERVER
 from node_runner.interface import type_name
+from robot_senses.interface import ADAPTER
 
 PACKAGES = {
     'marxbot_sim': [SIMULATOR],
     'neuro_controller': [CONTROLLER, GENOME_SERVER],
+    'robot_senses': [ADAPTER],
 }
-NODES = [SIMULATOR, CONTROLLER, GENOME_SERVER, MANAGER, EPISODES]
+NODES = [SIMULATOR, CONTROLLER, GENOME_SERVER, ADAPTER, MANAGER, EPISODES]
 
 
 def rows(package):

@@ -65,7 +65,14 @@ def setup_arguments(package: str) -> dict[str, ast.expr]:
 
 @pytest.mark.parametrize(
     'package',
-    ['simd_lanes', 'marxbot_sim.core', 'neuro_controller.core', 'coevo_manager.core'],
+    [
+        'simd_lanes',
+        'marxbot_sensors',
+        'marxbot_sim.core',
+        'neuro_controller.core',
+        'robot_senses.core',
+        'coevo_manager.core',
+    ],
 )
 def test_core_imports_without_ros(package):
     paths = ':'.join(str(SOURCES / name) for name in PYTHON_PACKAGES)

@@ -1,0 +1,21 @@
+from setuptools import find_packages, setup
+
+PACKAGE = 'robot_senses'
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+        (f'share/{PACKAGE}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=True,
+    maintainer='The Red Queen developers',
+    maintainer_email='red-queen@example.org',
+    description='The topics of a MarxBot from a lidar, a camera and a bumper.',
+    license='Apache-2.0',
+    extras_require={'test': ['pytest']},
+    entry_points={'console_scripts': ['adapter = robot_senses.adapter:main']},
+)
