@@ -29,6 +29,7 @@ FORBIDDEN = {
         'coevo_manager.runs',
         'coevo_manager.recording',
         'coevo_manager.analysis',
+        'coevo_manager.dashboard',
     ),
     'coevo_manager.core.episodes': ('coevo_manager.core.evolution',),
     'coevo_manager.core.evolution': ('coevo_manager.core.episodes',),
@@ -37,11 +38,29 @@ FORBIDDEN = {
         'coevo_manager.runs',
         'coevo_manager.recording',
         'coevo_manager.analysis',
+        'coevo_manager.dashboard',
     ),
-    'coevo_manager.evaluators': ('coevo_manager.runs', 'coevo_manager.analysis'),
-    'coevo_manager.recording': ('coevo_manager.runs', 'coevo_manager.analysis'),
-    'coevo_manager.analysis': ('coevo_manager.runs', 'coevo_manager.evaluators'),
-    'coevo_manager.runs': ('coevo_manager.analysis',),
+    'coevo_manager.evaluators': (
+        'coevo_manager.runs',
+        'coevo_manager.analysis',
+        'coevo_manager.dashboard',
+    ),
+    'coevo_manager.recording': (
+        'coevo_manager.runs',
+        'coevo_manager.analysis',
+        'coevo_manager.dashboard',
+    ),
+    'coevo_manager.analysis': (
+        'coevo_manager.runs',
+        'coevo_manager.evaluators',
+        'coevo_manager.dashboard',
+    ),
+    'coevo_manager.runs': ('coevo_manager.analysis', 'coevo_manager.dashboard'),
+    'coevo_manager.dashboard': (
+        'coevo_manager.runs',
+        'coevo_manager.evaluators',
+        'coevo_manager.recording',
+    ),
 }
 """What each part must not import: who stands beside or above it."""
 

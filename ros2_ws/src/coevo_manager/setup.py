@@ -8,7 +8,7 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={PACKAGE: ['analysis/report/assets/*']},
+    package_data={PACKAGE: ['analysis/report/assets/*', 'dashboard/assets/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -25,6 +25,7 @@ setup(
         'console_scripts': [
             'analyze = coevo_manager.analysis.command:main',
             'campaign = coevo_manager.runs.campaign:main',
+            'dashboard = coevo_manager.dashboard.command:main',
             'episodes = coevo_manager.recording.episodes:main',
             'evaluator = coevo_manager.evaluators.evaluator:main',
             'evolve = coevo_manager.runs.evolve:main',

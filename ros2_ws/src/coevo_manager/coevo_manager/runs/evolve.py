@@ -16,7 +16,9 @@ from coevo_manager.core.evolution import RunFolderError
 from coevo_manager.evaluators.roster import EvaluationError
 from coevo_manager.runs.display import make_display
 from coevo_manager.runs.options import Options, read_options
+from coevo_manager.runs.page import Page
 from coevo_manager.runs.run import Plan, Runner, make_plan
+from coevo_manager.runs.status import Status
 from coevo_manager.runs.template import make_template
 from node_runner import own_arguments, start_ros
 
@@ -81,10 +83,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _evolve(plan: Plan, options: Options, interruption: _Interruption) -> int:
     node = rclpy.create_node('evolve', start_parameter_services=False)
     display = make_display(plan.configuration, options.quiet)
+    page = Page(plan.folder, display.event) if options.dashboard else None
+
+    def show(status: Status) -> None:
+        if page is not None:
+            page.open()
+        display.status(status)
+
     run = Runner(
         node,
         plan,
-        display.status,
+        show,
         display.event,
         options.evaluators,
         options.patience,
@@ -104,6 +113,8 @@ def _evolve(plan: Plan, options: Options, interruption: _Interruption) -> int:
         return 1
     finally:
         node.destroy_node()
+        if page is not None:
+            page.close()
     if outcome.finished:
         display.report(outcome.report)
         display.event(f'The run is in {outcome.folder}')

@@ -52,6 +52,8 @@ class Options:
         Whether to print the configuration instead of running it.
     quiet : bool
         Whether to show nothing but errors.
+    dashboard : bool
+        Whether to start a page that shows the run.
     out, resume : Path or None
     evaluators : int or None
         Evaluator processes to start; 0: use running ones; None: one for each core.
@@ -63,6 +65,7 @@ class Options:
     preset: str
     print_config: bool
     quiet: bool
+    dashboard: bool
     out: Path | None
     resume: Path | None
     evaluators: int | None
@@ -93,6 +96,7 @@ def read_options(arguments: Sequence[str]) -> Options:
         given['preset'] or 'quick',
         given['print_config'],
         given['quiet'],
+        given['dashboard'],
         given['out'],
         given['resume'],
         given['evaluators'],
@@ -132,6 +136,10 @@ def _make_parser() -> Parser:
         'same files as if it had never stopped',
     )  # fmt: skip
     run.add_argument('--quiet', action='store_true', help='show nothing but errors')
+    run.add_argument(
+        '--dashboard', action='store_true', help='serve a page on this machine that shows the run '
+        'while it goes on, and print its address',
+    )  # fmt: skip
     add_option(run, EVALUATORS, nargs='?', const=0)
     add_option(run, PATIENCE)
     group = parser.add_argument_group('configuration')

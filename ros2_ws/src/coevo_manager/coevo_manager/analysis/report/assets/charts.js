@@ -50,6 +50,7 @@ function chartLayout(element, panel, width) {
     yaxis: axis(panel.layout.yaxis),
     paper_bgcolor: 'rgba(0, 0, 0, 0)',
     plot_bgcolor: 'rgba(0, 0, 0, 0)',
+    modebar: { bgcolor: 'rgba(0, 0, 0, 0)', color: line, activecolor: soft },
     uirevision: 'kept',
   };
 }

@@ -1,0 +1,138 @@
+"""The dashboard as a user meets it: a run that goes on, a real browser, robots on their topics."""
+
+import http.client
+import json
+import re
+import signal
+from urllib.parse import urlsplit
+
+import pytest
+from browser import ask, click, open_browser, until
+from evolve_runs import TOY, evaluators_of, phases_completed
+from ros_processes import wait_until
+
+ENDLESS = [*TOY, '--phases', '100000', '--snapshot-generations', '20']
+RUNNING, KILLED = 'running', 'ended without a word: killed, or its machine went down'
+
+
+def address_of(process, timeout=120):
+    """The address that a process prints, once it answers."""
+    process.wait_for_output('http://', timeout)
+    return re.search(r'http://\S+', process.stdout_text).group()
+
+
+def fact(page, run, name):
+    """What the page says of a run under a name."""
+    path = f'[data-run="{run}"] [data-fact="{name}"]'
+    return ask(page, 'document.querySelector(arguments[0])?.textContent', path)
+
+
+def state(page, run):
+    return ask(
+        page, 'document.querySelector(arguments[0])?.textContent', f'[data-run="{run}"] .state'
+    )
+
+
+@pytest.fixture
+def page():
+    with open_browser() as browser:
+        yield browser
+
+
+def fits(page, width, scheme):
+    """Whether the page is no wider than a window, in a colour scheme that it follows."""
+    metrics = {'width': width, 'height': 844, 'deviceScaleFactor': 1, 'mobile': width < 800}
+    page.execute_cdp_cmd('Emulation.setDeviceMetricsOverride', metrics)
+    page.execute_cdp_cmd(
+        'Emulation.setEmulatedMedia',
+        {'features': [{'name': 'prefers-color-scheme', 'value': scheme}]},
+    )
+    ground = ask(page, 'getComputedStyle(document.body).backgroundColor')
+    assert (sum(map(int, re.findall(r'\d+', ground))) < 200) == (scheme == 'dark')
+    root = 'document.documentElement'
+    return until(lambda: ask(page, f'{root}.scrollWidth <= {root}.clientWidth'))
+
+
+@pytest.mark.timeout(600)
+def test_a_run_is_watched_until_it_is_killed(start, page, tmp_path):
+    out = tmp_path / 'runs' / 'mine'
+    run = start(['coevo_manager', 'evolve', *ENDLESS, '--evaluators', '2', '--out', out])
+    wait_until(lambda: phases_completed(out) >= 2, 'two phases', 120)
+    watcher = start(['coevo_manager', 'dashboard', tmp_path / 'runs'])
+    page.get(address_of(watcher))
+    assert until(lambda: state(page, 'mine')) == RUNNING
+    before = fact(page, 'mine', 'generation')
+    assert until(lambda: fact(page, 'mine', 'generation') != before)
+    assert until(lambda: fact(page, 'mine', 'time left') != '–')
+    assert until(lambda: re.match(r'\d', fact(page, 'mine', 'ticks a second')))
+    assert until(lambda: 'Evaluators: 2 of 2 at work' in page.find_element('id', 'run-list').text)
+
+    curve = "document.querySelector('#run-charts .chart-plot')?.data?.at(-1)"
+    assert until(lambda: ask(page, curve))
+    length = f'{curve}.y.length'
+    points = ask(page, length)
+    assert until(lambda: ask(page, length) > points)
+    zoomed = "document.querySelector('#run-charts .chart-plot').layout.xaxis.range.slice()"
+    page.execute_script(
+        "return Plotly.relayout(document.querySelector('#run-charts .chart-plot'), "
+        "{'xaxis.range': [3, 7]})"
+    )
+    points = ask(page, length)
+    assert until(lambda: ask(page, length) > points)
+    assert ask(page, zoomed) == [3, 7]
+
+    page.find_element('css selector', 'nav a[href="#watch"]').send_keys('\n')
+    assert until(lambda: ask(page, 'window.player?.trace?.ticks'), 120)
+    play = page.find_element('css selector', '#player [data-part=play]')
+    click(page, play)
+    assert until(lambda: ask(page, 'player.time') > 3)
+    ask(page, "player.chooseCell('0/0/1/1')")  # the best predator of now, the median prey of 0
+    assert until(lambda: ask(page, 'player.name') == '0/0/1/1')
+    assert until(lambda: page.find_elements('css selector', '#tournament .main-svg'), 120)
+    snapshots = 'player.run.generations.length'
+    known = ask(page, snapshots)
+    assert until(lambda: ask(page, snapshots) > known)
+    assert ask(page, 'player.name') == '0/0/1/1'
+    for width, scheme in ((390, 'dark'), (1280, 'light')):
+        assert fits(page, width, scheme)
+
+    first, _ = evaluators_of(run.pid)
+    first.send_signal(signal.SIGKILL)
+    page.find_element('css selector', 'nav a[href="#runs"]').send_keys('\n')
+    assert until(lambda: '1 failed' in page.find_element('id', 'run-list').text)
+    assert 'ended by SIGKILL' in ask(page, "document.getElementById('run-list').textContent")
+    assert fits(page, 390, 'dark')
+
+    run.kill()
+    run.wait()
+    assert until(lambda: state(page, 'mine') == KILLED)
+    watcher.send_signal(signal.SIGINT)
+    assert watcher.wait(30) == 0
+    assert until(lambda: page.find_element('id', 'connection').is_displayed())
+    names = ask(page, "performance.getEntriesByType('resource').map((entry) => entry.name)")
+    assert names and all(name.startswith((address_of(watcher), 'data:')) for name in names)
+    assert not [e for e in page.get_log('browser') if 'plotly' in e['message']]
+
+
+def test_evolve_starts_a_dashboard_and_needs_none(start, tmp_path):
+    out = tmp_path / 'run'
+    run = start(['coevo_manager', 'evolve', *ENDLESS, '--dashboard', '--out', out])
+    place = urlsplit(address_of(run))
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+    connection.request('GET', '/events')
+    news = json.loads(connection.getresponse().readline().removeprefix(b'data: '))
+    assert [each['name'] for each in news['runs']] == ['run']
+    (child,) = [
+        c for c in processes_of(run.pid) if 'coevo_manager.dashboard.command' in c.cmdline()
+    ]
+    child.kill()
+    done = phases_completed(out)
+    wait_until(lambda: phases_completed(out) > done, 'a phase without the dashboard', 60)
+    run.send_signal(signal.SIGINT)
+    assert run.wait(30) == 130
+
+
+def processes_of(pid):
+    import psutil
+
+    return psutil.Process(pid).children()
