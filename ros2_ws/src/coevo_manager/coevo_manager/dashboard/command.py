@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 PORT = Option('port', int, 0, 'port to answer on; 0: any that is free', minimum=0, maximum=65535)
 
-NICENESS = 10
+NICENESS = 5
 """A run beside the dashboard goes first."""
 
 

@@ -95,8 +95,10 @@ def last_events(path: Path, count: int) -> list[str]:
     """Return the last lines of a run.log that tell of more than a completed phase."""
     try:
         with opened(path) as file:
-            file.seek(max(file.seek(0, os.SEEK_END) - TAIL, 0))
+            start = max(file.seek(0, os.SEEK_END) - TAIL, 0)
+            file.seek(start)
             lines = file.read(TAIL).decode(errors='replace').split('\n')
     except OSError:
         return []
-    return [line for line in lines[:-1] if ' completed phase ' not in line][-count:]
+    whole = lines[1 if start else 0 : -1]
+    return [line for line in whole if ' completed phase ' not in line][-count:]

@@ -63,7 +63,8 @@ class RosRobots:
         self._neurons = {species: np.zeros(_NEURONS) for species in SPECIES}
         self._arena: dict[str, Any] = {}
         self._diagnostics: dict[str, dict[str, Any]] = {}
-        self._frame: dict[str, Any] | None = None
+        self._heard = 0
+        self._frame: tuple[int, dict[str, Any]] = (-1, {})
         self._orders: queue.SimpleQueue[tuple[Callable[[], str], queue.SimpleQueue[str]]] = (
             queue.SimpleQueue()
         )
@@ -113,27 +114,27 @@ class RosRobots:
 
     def frame(self) -> dict[str, Any]:
         """Return what was heard last, ready for JSON; the same one until something is new."""
-        frame = self._frame
-        if frame is None:
-            world = constants(Environment()) | {'speeds': [None, None]}
-            arena = self._arena
-            if arena:
-                world |= {
-                    'arena': arena['size'],
-                    'obstacle': OBSTACLE_RADIUS if arena['obstacle'] else 0,
-                }
-            frame = {
-                'world': world,
-                'arena': arena or None,
-                'failure': self.failure,
-                'diagnostics': list(self._diagnostics.values()),
-                'robots': [
-                    self._robots[species] | {'neurons': self._neurons[species].round(3).tolist()}
-                    for species in SPECIES
-                ],
-            }
-            self._frame = frame
-        return frame
+        heard = self._heard
+        if self._frame[0] != heard:
+            self._frame = heard, self._make_frame()
+        return self._frame[1]
+
+    def _make_frame(self) -> dict[str, Any]:
+        arena = self._arena
+        world = constants(Environment()) | {'speeds': [None, None]}
+        if arena:
+            world['arena'] = arena['size']
+            world['obstacle'] = OBSTACLE_RADIUS if arena['obstacle'] else 0
+        return {
+            'world': world,
+            'arena': arena or None,
+            'failure': self.failure,
+            'diagnostics': list(self._diagnostics.values()),
+            'robots': [
+                self._robots[species] | {'neurons': self._neurons[species].round(3).tolist()}
+                for species in SPECIES
+            ],
+        }
 
     def order(self, command: str, values: dict[str, Any]) -> str:
         """Ask a service; returns '' or, in a sentence, why it was not done.
@@ -208,7 +209,7 @@ class RosRobots:
                     answer.put(send())
         except Exception as error:
             self.failure = f'the topics are heard no more: {error}'
-            self._frame = None
+            self._heard += 1
         finally:
             self._executor.shutdown()
 
@@ -216,41 +217,44 @@ class RosRobots:
         distances = np.asarray(scan.ranges) - BODY_RADIUS
         seen = np.clip(1 - distances / INFRARED_RANGE, 0, 1)
         self._neurons[species][: len(seen)] = seen[:24]
-        self._frame = None
+        self._heard += 1
 
     def _on_camera(self, species: str, camera: Camera) -> None:
         self._neurons[species][_CAMERA_PLACE : _CAMERA_PLACE + 8] = camera.sectors
-        self._frame = None
+        self._heard += 1
 
     def _on_neurons(self, species: str, message: Neurons) -> None:
         neurons = self._neurons[species]
         neurons[_INPUTS:_HIDDEN] = message.inputs
         neurons[_HIDDEN:_OUTPUTS] = message.hidden
         neurons[_OUTPUTS:] = message.outputs
-        self._frame = None
+        self._heard += 1
 
     def _on_joints(self, species: str, message: JointState) -> None:
         if len(message.velocity) == 2:
-            self._robots[species] |= {'wheels': list(message.velocity)}
-            self._frame = None
+            self._robots[species] = self._robots[species] | {'wheels': list(message.velocity)}
+            self._heard += 1
 
     def _on_pose(self, species: str, message: Odometry) -> None:
         pose = message.pose.pose
         heading = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
-        self._robots[species] |= {'x': pose.position.x, 'y': pose.position.y, 'heading': heading}
-        self._frame = None
+        place = {'x': pose.position.x, 'y': pose.position.y, 'heading': heading}
+        self._robots[species] = self._robots[species] | place
+        self._heard += 1
 
     def _on_arena(self, state: ArenaState) -> None:
         names = ('episode', 'tick', 'captured', 'ended', 'paused', 'size', 'obstacle')
         self._arena = {name: getattr(state, name) for name in names}
-        self._frame = None
+        self._heard += 1
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        told = dict(self._diagnostics)
         for status in message.status:
-            self._diagnostics[status.name] = {
+            told[status.name] = {
                 'name': status.name,
                 'level': ord(status.level) if isinstance(status.level, bytes) else status.level,
                 'message': status.message,
                 'values': [[pair.key, pair.value] for pair in status.values],
             }
-        self._frame = None
+        self._diagnostics = told
+        self._heard += 1

@@ -10,6 +10,9 @@ from pathlib import Path
 
 from node_runner.children import Child, end_all
 
+PATIENCE = 0.5
+"""How long the dashboard may take to end before it is killed, s: it has nothing to lose."""
+
 
 class Page:
     """Starts the dashboard once there is a run to show, and ends it with the run.
@@ -42,7 +45,7 @@ class Page:
     def close(self) -> None:
         """End the dashboard."""
         if self._child is not None:
-            end_all([self._child])
+            end_all([self._child], PATIENCE)
 
     @staticmethod
     def _address(line: str) -> str:
