@@ -11,7 +11,7 @@ const STATES = {
   silent: 'silent: it runs elsewhere, or has ended',
 };
 
-const CHART_PERIOD = 2000;
+const CHART_PERIOD = 5000;
 const OPEN_FROM_THE_START = 12;
 
 const chosen = new Set();
