@@ -182,7 +182,7 @@ def _groups(runs: Sequence[WatchedRun], field: str) -> dict[str, list[WatchedRun
     groups: dict[str, list[WatchedRun]] = {}
     for run in runs:
         own = field == BY_RUN
-        value = run.name if own else f'{field} {getattr(run.configuration, field)}'
+        value = run.name if own else f'{field} {run.configuration.as_dict().get(field)}'
         groups.setdefault(value, []).append(run)
     return groups
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import os
 import threading
 import time
@@ -11,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from coevo_manager.dashboard.watched import WatchedRun
-from neuro_controller.core.reading import ReadingError
 
 DEPTH = 4
 """Folders deep that runs are looked for."""
 
 MOST_RUNS = 1000
+"""In or under one folder."""
 
 LOOK_PERIOD = 1.0
 """Shortest time between two looks at the runs, s, ..."""
@@ -32,13 +33,18 @@ class Library:
     ----------
     folders : sequence of Path
         Run folders, or folders with runs under them. No link in them is followed.
+
+    Attributes
+    ----------
+    problems : list of str
+        Why folders that hold a run cannot be shown, a sentence each.
     """
 
     def __init__(self, folders: Sequence[Path]) -> None:
         self._folders = [folder.resolve() for folder in folders]
         self._runs: dict[str, WatchedRun] = {}
         self._summaries: dict[str, dict[str, Any]] = {}
-        self._unreadable: dict[str, str] = {}
+        self.problems: list[str] = []
         self._lock = threading.Lock()
         self._next_look = self._next_find = 0.0
 
@@ -59,21 +65,17 @@ class Library:
         return self._runs.get(key)
 
     def _find(self) -> None:
-        found = {}
+        runs: dict[str, WatchedRun] = {}
+        problems = []
         for root in self._folders:
-            for folder in run_folders(root):
+            for folder in itertools.islice(run_folders(root), MOST_RUNS):
                 key = hashlib.sha256(os.fsencode(folder)).hexdigest()[:16]
-                if len(found) < MOST_RUNS:
-                    found[key] = self._runs.get(key) or self._open(key, folder, root)
-        self._runs = {key: run for key, run in found.items() if run is not None}
-
-    @staticmethod
-    def _open(key: str, folder: Path, root: Path) -> WatchedRun | None:
-        name = folder.name if folder == root else str(folder.relative_to(root))
-        try:
-            return WatchedRun(key, name, folder)
-        except ReadingError:  # it is being written, or no run of ours
-            return None
+                name = folder.name if folder == root else str(folder.relative_to(root))
+                try:
+                    runs[key] = self._runs.get(key) or WatchedRun(key, name, folder)
+                except ValueError as error:
+                    problems.append(str(error))
+        self._runs, self.problems = runs, problems
 
 
 def run_folders(root: Path) -> Iterator[Path]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from coevo_manager.analysis.report.packing import constants, pack
 from coevo_manager.core.episodes import measure_pairs, trace_pairs
-from coevo_manager.core.species import SPECIES
 from coevo_manager.dashboard.charts import tournament_chart
 from coevo_manager.dashboard.watched import NOW, WatchedRun
 from neuro_controller.core.reading import ReadingError
@@ -77,13 +76,11 @@ class Plays:
         ReadingError
             There are none such.
         """
-        pair = [
-            individual(run, species, *who)[None]
-            for species, who in zip(SPECIES, (predator, prey), strict=True)
-        ]
+        predators = individual(run, 'predator', *predator)[None]
+        opponents = individual(run, 'prey', *prey)[None]
         first = np.zeros(1, int)
         with self._lock:
-            (trace,) = trace_pairs(*pair, first, first, run.environment)
+            (trace,) = trace_pairs(predators, opponents, first, first, run.environment)
         return pack(trace)
 
     def tournament(self, run: WatchedRun) -> dict[str, Any]:
@@ -126,7 +123,8 @@ class Plays:
             first: Snapshot = self._snapshot(run, str(of_predators))
             other: Snapshot = self._snapshot(run, str(of_prey))
             predators, prey = first.best('predator', BEST), other.best('prey', BEST)
-            index = np.indices((len(predators), len(prey))).reshape(2, -1)
-            ticks, complexity = measure_pairs(predators, prey, *index, run.environment)
+            i, j = np.indices((len(predators), len(prey))).reshape(2, -1)
+            ticks, complexity = measure_pairs(predators, prey, i, j, run.environment)
         fitness = 1 - ticks.mean() / run.environment.episode_ticks
-        return float(fitness), *map(float, complexity.mean(axis=0))
+        of_predator, of_prey = complexity.mean(axis=0)
+        return float(fitness), float(of_predator), float(of_prey)

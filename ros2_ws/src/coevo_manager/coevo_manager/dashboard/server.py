@@ -18,7 +18,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from coevo_manager.core.configuration import FIELDS
+from coevo_manager.core.evolution.fields import all_fields
 from coevo_manager.core.species import COLOURS, SPECIES
 from coevo_manager.dashboard.charts import BY_RUN, run_charts
 from coevo_manager.dashboard.guard import Guard
@@ -118,7 +118,7 @@ class _Dashboard:
         self._page = Templates(autoescape=True).from_string(template)
 
     async def page(self, request: Request) -> Response:
-        fields = {name: option.help for name, option in FIELDS.items()}
+        fields = {name: option.help for name, option in all_fields().items()}
         text = self._page.render(colours=COLOURS, fields=fields, robots=self._robots is not None)
         return HTMLResponse(text)
 
@@ -133,14 +133,15 @@ class _Dashboard:
         """Stream the summaries of runs: all of them first, then those that have changed."""
 
         async def stream() -> AsyncIterator[str]:
-            sent: dict[str, Any] | None = None
+            sent: tuple[dict[str, Any], list[str]] | None = None
             while not self._stopping():
                 found = await run_in_threadpool(self._library.look)
-                if found != sent:
-                    known = sent or {}
+                problems = self._library.problems
+                if (found, problems) != sent:
+                    known = sent[0] if sent else {}
                     news = [run for key, run in found.items() if known.get(key) != run]
-                    yield _event({'runs': news, 'keys': list(found)})
-                    sent = dict(found)
+                    yield _event({'runs': news, 'keys': list(found), 'problems': problems})
+                    sent = found, problems
                 await asyncio.sleep(PERIOD)
 
         return StreamingResponse(stream(), media_type='text/event-stream')
@@ -149,7 +150,7 @@ class _Dashboard:
         keys = request.query_params.get('runs', '').split(',')[:MOST_COMPARED]
         runs = [run for run in map(self._library.run, keys) if run is not None]
         field = request.query_params.get('by', BY_RUN)
-        if field not in FIELDS:
+        if field not in all_fields():
             field = BY_RUN
         return JSONResponse(await run_in_threadpool(run_charts, runs, field))
 

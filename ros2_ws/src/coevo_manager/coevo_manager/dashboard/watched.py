@@ -10,13 +10,12 @@ import time
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import psutil
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evolution import algorithms
 from coevo_manager.core.evolution.budget import RunBudget
 from coevo_manager.core.evolution.checkpoint import load, newest_first
 from coevo_manager.core.evolution.run_folder import LOGS, RunFolderError, read_record
@@ -143,10 +142,7 @@ class WatchedRun:
 
     def _now(self) -> Snapshot:
         for path in newest_first(within(self.folder, 'checkpoint')):
-            algorithm = algorithms.load(self.configuration.algorithm)(self.configuration)
-            state, _ = load(
-                within(self.folder, 'checkpoint', path.name), self.configuration, algorithm
-            )
+            state, *_ = load(within(self.folder, 'checkpoint', path.name), self.configuration)
             fitness = np.asarray(state.fitness('predator'), float) / state.pair_ticks
             return Snapshot(state.generation, state.predators, state.prey, fitness)
         raise ReadingError(f'{self.name} has no checkpoint')
@@ -228,12 +224,13 @@ class WatchedRun:
     def _mean_rate(self, ticks: int | None) -> float | None:
         """Return the ticks a second of a run that has ended, where all its sessions tell."""
         seconds = [session.get('seconds') for session in self._sessions]
-        if ticks is None or not seconds or not all(map(_is_number, seconds)):
+        known = [each for each in seconds if _is_number(each)]
+        if ticks is None or not known or len(known) < len(seconds):
             return None
-        return ticks / max(sum(seconds), 0.1)
+        return ticks / max(sum(known), 0.1)
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and math.isfinite(value)
 
 

@@ -169,6 +169,12 @@ def test_runs_are_found_under_folders_and_forgotten_when_they_go(made, tmp_path,
     monkeypatch.setattr('coevo_manager.dashboard.library.LOOK_PERIOD', 0)
     library = Library([tmp_path, tmp_path / 'two'])
     assert {run['name'] for run in library.look().values()} == {'a/b/one', 'two'}
+    assert library.problems == []
+    (tmp_path / 'broken').mkdir()
+    (tmp_path / 'broken' / 'run.json').write_text('{"version": 1, "configuration": 3}')
+    assert {run['name'] for run in library.look().values()} == {'a/b/one', 'two'}
+    (problem,) = library.problems
+    assert 'configuration is 3' in problem
     shutil.rmtree(tmp_path / 'a')
     assert [run['name'] for run in library.look().values()] == ['two']
 

@@ -57,9 +57,12 @@ function element(tag, { className = '', ...attributes } = {}, ...content) {
 window.addEventListener('hashchange', showPage);
 window.addEventListener('DOMContentLoaded', () => {
   showPage();
-  listenTo('/events', ({ runs: news, keys }) => {
+  listenTo('/events', ({ runs: news, keys, problems }) => {
     for (const key of runs.keys()) if (!keys.includes(key)) runs.delete(key);
     for (const run of news) runs.set(run.key, run);
+    const unreadable = document.getElementById('unreadable');
+    unreadable.textContent = problems.join('\n');
+    unreadable.hidden = !problems.length;
     for (const listener of listeners) listener();
   });
 });

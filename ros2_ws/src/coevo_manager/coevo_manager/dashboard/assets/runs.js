@@ -60,17 +60,19 @@ function tableOf(headings, rows) {
   return element('div', { className: 'scroll' }, table);
 }
 
+const evaluatorName = ({ service }) => String(service).replace(/\/evaluate_batch$/, '');
+
 function evaluators(run) {
   const parts = [];
   if (run.evaluators?.length) {
     const rows = run.evaluators.map((each) => [
-      each.service, each.process ? 'this run' : 'others', each.working ? 'at work' : 'not at work',
+      evaluatorName(each), each.process ? 'this run' : 'others', each.working ? 'at work' : 'not at work',
       `${number(each.busy * 100)} %`, number(each.requests), number(each.episodes_per_second),
     ]);
     parts.push(tableOf(['evaluator', 'started by', 'state', 'busy', 'requests', 'episodes a second'], rows));
   }
   if (run.losses?.length) {
-    const rows = run.losses.map((each) => [new Date(each.time * 1000).toLocaleTimeString(), each.service, each.reason]);
+    const rows = run.losses.map((each) => [new Date(each.time * 1000).toLocaleTimeString(), evaluatorName(each), each.reason]);
     parts.push(tableOf(['failed at', 'evaluator', 'why'], rows));
   }
   return parts;
