@@ -43,7 +43,7 @@ def watch_view(run: WatchedRun) -> dict[str, Any]:
 
 
 def individual(run: WatchedRun, species: str, generation: str, rank: str) -> np.ndarray:
-    """Return a genome, float32 (442,).
+    """Return a genome, float32 (genes,).
 
     Raises
     ------

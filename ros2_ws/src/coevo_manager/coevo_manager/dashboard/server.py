@@ -25,7 +25,6 @@ from coevo_manager.dashboard.guard import Guard
 from coevo_manager.dashboard.library import Library
 from coevo_manager.dashboard.plays import Plays, individual, watch_view
 from coevo_manager.dashboard.watched import WatchedRun
-from neuro_controller.core.reading import ReadingError
 
 PERIOD = 1.0
 """How often a page hears of its runs, s, ..."""
@@ -93,7 +92,7 @@ def make_app(
     return Starlette(
         routes=routes,
         middleware=[Middleware(Guard, hosts=hosts, token=token)],
-        exception_handlers={ReadingError: _tell_problem},
+        exception_handlers={ValueError: _tell_problem},
     )
 
 

@@ -23,10 +23,11 @@ from rclpy.task import Future
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import SetBool, Trigger
 
-from coevo_manager.analysis.report.packing import constants
+from coevo_manager.analysis.report.packing import constants, layer_places
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.species import SPECIES
 from marxbot_sim.core.parameters import BODY_RADIUS, INFRARED_RANGE, OBSTACLE_RADIUS
+from neuro_controller.core.genome import MAX_HIDDEN, Layout
 from node_runner import ask, make_executor, new_number
 
 TIMEOUT = 5.0
@@ -36,9 +37,6 @@ MOST_STEPS = 1000
 """Ticks that one command makes at most."""
 
 _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_CAMERA_PLACE, _INPUTS, _HIDDEN, _OUTPUTS = 24 + 8, 24, 49, 59
-_NEURONS = 61
-"""As in arena.js: 24 infrared rays, 25 inputs, 10 hidden, 2 motor neurons."""
 
 
 class RosRobots:
@@ -60,7 +58,7 @@ class RosRobots:
             species: {'x': None, 'y': None, 'heading': 0.0, 'wheels': [0.0, 0.0]}
             for species in SPECIES
         }
-        self._neurons = {species: np.zeros(_NEURONS) for species in SPECIES}
+        self._activations: dict[str, dict[str, Any]] = {species: {} for species in SPECIES}
         self._arena: dict[str, Any] = {}
         self._diagnostics: dict[str, dict[str, Any]] = {}
         self._heard = 0
@@ -120,8 +118,10 @@ class RosRobots:
         return self._frame[1]
 
     def _make_frame(self) -> dict[str, Any]:
-        arena = self._arena
-        world = constants(Environment()) | {'speeds': [None, None]}
+        arena, activations = self._arena, list(self._activations.values())
+        hidden = max((len(each.get('hidden', ())) for each in activations), default=0)
+        environment = Environment(hidden=hidden) if 0 < hidden <= MAX_HIDDEN else Environment()
+        world = constants(environment) | {'speeds': [None, None]}
         if arena:
             world['arena'] = arena['size']
             world['obstacle'] = OBSTACLE_RADIUS if arena['obstacle'] else 0
@@ -131,8 +131,8 @@ class RosRobots:
             'failure': self.failure,
             'diagnostics': list(self._diagnostics.values()),
             'robots': [
-                self._robots[species] | {'neurons': self._neurons[species].round(3).tolist()}
-                for species in SPECIES
+                self._robots[species] | {'neurons': _channels(each, environment.layout)}
+                for species, each in zip(SPECIES, activations, strict=True)
             ],
         }
 
@@ -215,19 +215,16 @@ class RosRobots:
 
     def _on_proximity(self, species: str, scan: LaserScan) -> None:
         distances = np.asarray(scan.ranges) - BODY_RADIUS
-        seen = np.clip(1 - distances / INFRARED_RANGE, 0, 1)
-        self._neurons[species][: len(seen)] = seen[:24]
-        self._heard += 1
+        self._keep(species, infrared=np.clip(1 - distances / INFRARED_RANGE, 0, 1))
 
     def _on_camera(self, species: str, camera: Camera) -> None:
-        self._neurons[species][_CAMERA_PLACE : _CAMERA_PLACE + 8] = camera.sectors
-        self._heard += 1
+        self._keep(species, camera=camera.sectors)
 
     def _on_neurons(self, species: str, message: Neurons) -> None:
-        neurons = self._neurons[species]
-        neurons[_INPUTS:_HIDDEN] = message.inputs
-        neurons[_HIDDEN:_OUTPUTS] = message.hidden
-        neurons[_OUTPUTS:] = message.outputs
+        self._keep(species, inputs=message.inputs, hidden=message.hidden, motors=message.outputs)
+
+    def _keep(self, species: str, **activations: Any) -> None:
+        self._activations[species] = self._activations[species] | activations
         self._heard += 1
 
     def _on_joints(self, species: str, message: JointState) -> None:
@@ -258,3 +255,22 @@ class RosRobots:
             }
         self._diagnostics = told
         self._heard += 1
+
+
+def _channels(activations: dict[str, Any], layout: Layout) -> list[float]:
+    """Return the activations of a robot as `layer_places` places them; 0 where none was heard."""
+    places = layer_places(layout)
+    inputs = places['rays']
+    hidden = inputs + layout.inputs
+    motors = hidden + layout.hidden
+    channels = np.zeros(places['channels'])
+    for name, start, end in (
+        ('infrared', 0, inputs),
+        ('inputs', inputs, hidden),
+        ('hidden', hidden, motors),
+        ('motors', motors, len(channels)),
+        ('camera', places['camera'], places['camera'] + places['sectors']),
+    ):
+        values = np.asarray(activations.get(name, ()), float)[: end - start]
+        channels[start : start + len(values)] = values
+    return channels.round(3).tolist()
