@@ -107,13 +107,13 @@ def draw(points, references):
     """Write ppo.csv and ppo.png."""
     with Path('ppo.csv').open('w', newline='') as file:
         csv.writer(file).writerows([('ticks', 'fitness'), *points])
-    figure = Figure(figsize=(6, 3.6), dpi=110, layout='constrained')
+    figure = Figure(figsize=(6, 4), dpi=110, layout='constrained')
     axes = figure.add_subplot()
     axes.plot(*np.array(points).T, color='#3b93cf', marker='o', ms=3, label='prey by PPO')
     for (name, value), style in zip(references.items(), ('--', ':', '-.'), strict=False):
         axes.axhline(value, color='black', ls=style, lw=1, label=f'{name}: {value:.2f}')
     axes.set(xlabel='ticks of training', ylabel='fitness of the prey', ylim=(0, 1))
-    axes.legend(frameon=False, loc='lower right')
+    figure.legend(frameon=False, loc='outside upper center', ncols=2, fontsize='small')
     figure.savefig('ppo.png')
 
 

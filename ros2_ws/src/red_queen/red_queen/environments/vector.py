@@ -99,8 +99,11 @@ class ChaseVectorEnv(VectorEnv):
         infos: dict[str, Any] = {}
         ended = captured | over
         if ended.any():
-            infos = {'final_obs': self._observations(), '_final_obs': ended}
-            self._begin(np.flatnonzero(ended))
+            places = np.flatnonzero(ended)
+            last = np.zeros(self.observation_space.shape, np.float32)
+            last[places] = self._episodes.observations[self._robot, places]
+            infos = {'final_obs': last, '_final_obs': ended}
+            self._begin(places)
         return self._observations(), earned, captured, over, infos
 
     def _begin(self, places: np.ndarray) -> None:

@@ -100,6 +100,15 @@ def _copy_inputs(rows, driven, first, observations):
                     observations[robot, first + pair, neuron] = min(max(value, 0.0), 1.0)
 
 
+@numba.njit
+def _rest(lane, rows):
+    """Put a robot that is driven from outside at its start, at rest; it has no weights."""
+    for i in range(rows.bodies.shape[0]):
+        rows.bodies[i, lane] = rows.start[i, lane]
+    for i in range(rows.memory.shape[0]):
+        rows.memory[i, lane] = 0.0
+
+
 @compile_kernel
 def _tick(layout, rows, actions, driven, obstacle, slot, disturbance, observations, captured):
     """Make a tick of all episodes, and let their robots sense."""
@@ -137,7 +146,10 @@ def _begin(
         block, own = _block(rows, k), _own(disturbance, k)
         for robot in range(2):
             lane = pair + robot * HALF
-            start_robot(layout, lane, genomes[robot, i], block)
+            if driven[robot]:
+                _rest(lane, block)
+            else:
+                start_robot(layout, lane, genomes[i], block)
             begin_numbered(numbers[i, robot], lane, block, own, starts, seed)
     for k in range(len(touched)):
         if touched[k]:
@@ -231,14 +243,13 @@ class SteppedEpisodes:
         opponents : float32 array, shape (k, genes), optional
             Genomes of the robots that are not driven.
         """
-        genomes = np.zeros((2, len(pairs), self._layout.genes), np.float32)
-        if opponents is not None:
-            genomes[~self._driven] = opponents
+        if opponents is None:
+            opponents = np.zeros((0, self._layout.genes), np.float32)
         _begin(
             self._layout,
             self._rows,
             np.asarray(pairs, np.int64),
-            genomes,
+            opponents,
             np.asarray(numbers, np.uint64),
             self._driven,
             self.environment.obstacle,
