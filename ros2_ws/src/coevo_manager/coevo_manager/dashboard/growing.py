@@ -47,7 +47,7 @@ class GrowingLog:
     ----------
     path : Path
     columns : sequence of str
-        As for `read_log`.
+        As for `read_columns`.
 
     Attributes
     ----------

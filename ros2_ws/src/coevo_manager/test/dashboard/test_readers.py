@@ -8,11 +8,12 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas as pd
 import psutil
 import pytest
 from analysis_runs import TINY, make_run
 
-from coevo_manager.analysis.logs import read_log
+from coevo_manager.analysis.logs import read_columns
 from coevo_manager.core.episodes import evaluate_matrix, measure_pairs
 from coevo_manager.core.evolution.run_folder import LOGS
 from coevo_manager.core.evolution.sessions import Session, read_sessions
@@ -35,6 +36,10 @@ def folder(made, tmp_path):
     return shutil.copytree(made, tmp_path / 'run')
 
 
+def table(path, log):
+    return pd.DataFrame(read_columns(path, LOGS[log]))
+
+
 def watched(folder):
     return WatchedRun('key', 'mine', folder)
 
@@ -50,7 +55,7 @@ def set_status(folder, **values):
 
 def test_a_finished_run_tells_what_it_was(made):
     seen = watched(made).look()
-    phases = read_log(made / 'phases.csv', LOGS['phases'])
+    phases = table(made / 'phases.csv', 'phases')
     assert (seen['state'], seen['progress'], seen['problem']) == ('finished', 1.0, '')
     assert (seen['phase'], seen['generation']) == (4, 40)
     assert seen['predator_fitness'] == phases['predator_fitness'].iloc[-1]
@@ -128,7 +133,7 @@ def test_a_log_is_read_on_where_it_was_left(made, tmp_path):
         path.write_bytes(content[:end])
         log.grow()
         assert len(log.table) == max(content[:end].count(b'\n') - 1, 0)
-    whole = read_log(path, LOGS['generations'])
+    whole = table(path, 'generations')
     assert log.table.equals(whole)
     lines = content.splitlines(keepends=True)
     path.write_bytes(b''.join(lines[:11]))
