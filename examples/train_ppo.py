@@ -35,7 +35,9 @@ class StableChase(VecEnv):
 
     def reset(self):
         """Begin all episodes."""
-        return self._envs.reset()[0]
+        observations, _ = self._envs.reset(seed=self._seeds[0])
+        self._reset_seeds()
+        return observations
 
     def step_async(self, actions):
         """Remember the actions."""
