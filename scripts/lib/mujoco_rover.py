@@ -12,6 +12,10 @@ MAX_WHEEL_SPEED = 8.0
 """rad/s: 0.26 m/s."""
 
 PREY_RADIUS = 0.085
+SENSOR_OFFSET = 0.05
+"""Of the ground sensors from the middle, forward and aside, m."""
+
+HALF_DIAGONAL = 1.5 * math.sqrt(2)
 TICK, STEP = 0.1, 0.002
 RAYS, COLUMNS = 360, 720
 LIDAR_RANGE = (0.05, 3.5)
@@ -106,6 +110,19 @@ class Rover:
                 self.pressed |= self._chassis in pair and bool(pair & self._walls)
         mujoco.mj_forward(self._model, self._data)
         return touched
+
+    def ground(self):
+        """Return the darkness under four sensors: front left and right, rear left and right.
+
+        The floor is printed as the MarxBot's arena: darker from the centre to the corners.
+        """
+        x, y, heading = self.pose
+        cosine, sine = math.cos(heading), math.sin(heading)
+        places = [(a * SENSOR_OFFSET, b * SENSOR_OFFSET) for a in (1, -1) for b in (1, -1)]
+        return [
+            math.hypot(x + a * cosine - b * sine, y + a * sine + b * cosine) / HALF_DIAGONAL
+            for a, b in places
+        ]
 
     def scan(self):
         """Return the lidar's 360 ranges, m, counter-clockwise from the heading."""

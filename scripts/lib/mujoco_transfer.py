@@ -15,6 +15,7 @@ import rclpy
 import rclpy.executors
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
+from marxbot_msgs.msg import Ground
 from mujoco_rover import COLUMNS, LIDAR_RANGE, RAYS, TICK, Rover
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -24,7 +25,8 @@ from std_msgs.msg import Bool
 from coevo_manager.core.episodes import trace_pair
 from coevo_manager.core.episodes.numbering import episode_numbers
 from coevo_manager.core.provenance import choose_environment
-from marxbot_sensors import GROUND, MARXBOT, TOUCH
+from marxbot_sensors import GROUND as GROUND_SENSOR
+from marxbot_sensors import MARXBOT, TOUCH
 from marxbot_sim.core.disturbance import PerturbedRobots
 from marxbot_sim.core.layout import CONTACT
 from marxbot_sim.core.world import PREDATOR, PREY, World
@@ -32,7 +34,8 @@ from neuro_controller.core.champions import select_champion
 from neuro_controller.core.controller import Controller
 
 ROS2 = Path(__file__).resolve().parent.parent / 'ros2'
-CHAMPIONS = 'shipped/open'
+PREDATOR_GENOME = 'shipped/open'
+PREY_GENOMES = tuple(f'shipped/open:0:{rank}' for rank in (1, 2, 3, 4))
 RESEND = 0.5
 PARAMETERS = """\
 /**:
@@ -52,6 +55,7 @@ class Lockstep(Node):
         self._command = None
         self._scan = self.create_publisher(LaserScan, 'scan', qos_profile_sensor_data)
         self._image = self.create_publisher(Image, 'image', qos_profile_sensor_data)
+        self._ground = self.create_publisher(Ground, 'ground', qos_profile_sensor_data)
         self._bumper = self.create_publisher(Bool, 'bumper', 10)
         self.create_subscription(TwistStamped, 'cmd_vel', self._on_command, 10)
         self._executor = rclpy.executors.SingleThreadedExecutor()
@@ -60,7 +64,7 @@ class Lockstep(Node):
     def _on_command(self, message):
         self._command = message
 
-    def ask(self, tick, ranges, pixels, pressed):
+    def ask(self, tick, ranges, pixels, pressed, darkness=None):
         """Publish what is sensed at a tick; return linear and angular speed, m/s and rad/s."""
         nanoseconds = round((tick + 1) * TICK * 1e9)
         stamp = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
@@ -72,11 +76,15 @@ class Lockstep(Node):
         )
         image = Image(height=1, width=COLUMNS, step=3 * COLUMNS, encoding='rgb8')
         image.data = pixels.tobytes()
-        scan.header.stamp = image.header.stamp = stamp
+        ground = Ground()
+        scan.header.stamp = image.header.stamp = ground.header.stamp = stamp
         self._command = None
         while True:
             self._bumper.publish(Bool(data=bool(pressed)))
             self._image.publish(image)
+            if darkness is not None:
+                ground.darkness = darkness
+                self._ground.publish(ground)
             self._scan.publish(scan)
             end = self.get_clock().now().nanoseconds + RESEND * 1e9
             while self.get_clock().now().nanoseconds < end:
@@ -97,16 +105,20 @@ def running(*arguments):
 
 
 class Chase:
-    """The champions, and episodes between them from equal starts.
+    """Two champions, and episodes between them from equal starts and without noise.
 
     Parameters
     ----------
     champions : sequence of Champion
         Predator and prey.
+    floor_sensors : bool
+        Whether the rover has ground sensors.
     """
 
-    def __init__(self, champions):
-        self.environment, _ = choose_environment(champions, {})
+    def __init__(self, champions, floor_sensors):
+        self.floor_sensors = floor_sensors
+        noises = ('infrared_noise', 'camera_noise', 'ground_noise', 'motor_noise')
+        self.environment, _ = choose_environment(champions, dict.fromkeys(noises, 0.0))
         self._genomes = [champion.genome for champion in champions]
 
     def _controller(self, robot):
@@ -133,7 +145,7 @@ class Chase:
         controllers = [self._controller(robot) for robot in (PREDATOR, PREY)]
         for tick in range(self.environment.episode_ticks):
             readings = world.readings
-            readings[PREDATOR, MARXBOT.rows(GROUND)] = 0.5
+            readings[PREDATOR, MARXBOT.rows(GROUND_SENSOR)] = 0.5
             wheels = [c.step(r) for c, r in zip(controllers, readings, strict=True)]
             if world.step(wheels):
                 return tick + 1
@@ -149,7 +161,8 @@ class Chase:
             world.reset(poses)
             readings = world.readings[PREY]
             readings[MARXBOT.rows(TOUCH)] = contact
-            command = lockstep.ask(tick, rover.scan(), rover.panorama(), rover.pressed)
+            darkness = rover.ground() if self.floor_sensors else None
+            command = lockstep.ask(tick, rover.scan(), rover.panorama(), rover.pressed, darkness)
             world.step([[0, 0], prey.step(readings)])
             contact = world.bodies[PREY, CONTACT]
             poses[PREY] = world.poses[PREY].astype(float).tolist()
@@ -170,18 +183,26 @@ def main():
     parser = argparse.ArgumentParser(prog='mujoco')
     parser.add_argument('--episodes', type=int, default=40)
     parser.add_argument('--first', type=int, default=0)
+    parser.add_argument('--floor-sensors', action='store_true')
     parser.add_argument('--csv', type=Path)
     options = parser.parse_args()
-    chase = Chase([select_champion(CHAMPIONS, species) for species in ('predator', 'prey')])
-    episode_ticks = chase.environment.episode_ticks
+    predator = select_champion(PREDATOR_GENOME, 'predator')
+    chases = [
+        Chase([predator, select_champion(prey, 'prey')], options.floor_sensors)
+        for prey in PREY_GENOMES
+    ]
+    episode_ticks = chases[0].environment.episode_ticks
     rows = []
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         (folder / 'rover.yaml').write_text(PARAMETERS)
-        export = ['run', 'coevo_manager', 'export', CHAMPIONS, '--species', 'predator']
+        export = ['run', 'coevo_manager', 'export', PREDATOR_GENOME, '--species', 'predator']
         subprocess.run([ROS2, *export, '--yaml', folder / 'predator.yaml'], check=True)
         stack.enter_context(
-            running('run', 'robot_senses', 'adapter', '--ros-args', '-r', '__ns:=/rover')
+            running(
+                *('run', 'robot_senses', 'adapter', '--ros-args', '-r', '__ns:=/rover'),
+                *('-p', f'resting_ground:={str(not options.floor_sensors).lower()}'),
+            )
         )
         stack.enter_context(
             running(
@@ -196,6 +217,7 @@ def main():
         lockstep, rover = Lockstep(), Rover()
         stack.callback(lockstep.destroy_node)
         for number in range(options.first, options.first + options.episodes):
+            chase = chases[number % len(chases)]
             row = {
                 'episode': number,
                 'kernel': chase.simulated(number, 'kinematic'),

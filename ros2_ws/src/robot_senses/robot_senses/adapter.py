@@ -69,7 +69,9 @@ class Adapter(Node):
                 ranges=found.tolist(),
             )
         )
-        self._ground.publish(Ground(header=scan.header, darkness=[self._value('darkness')] * 4))
+        if self._value('resting_ground'):
+            darkness = [self._value('darkness')] * 4
+            self._ground.publish(Ground(header=scan.header, darkness=darkness))
         traction = WrenchStamped(header=scan.header)
         traction.wrench.force.x = float(self._pressed)
         self._traction.publish(traction)

@@ -32,7 +32,12 @@ CAMERA = Topic(
     '8 sectors, share of their columns that show the colour, 0 to 1',
     qos_profile_sensor_data,
 )
-GROUND = Topic('ground', Ground, '4 times the parameter darkness', qos_profile_sensor_data)
+GROUND = Topic(
+    'ground',
+    Ground,
+    '4 times the parameter darkness, with resting_ground',
+    qos_profile_sensor_data,
+)
 TRACTION = Topic(
     'traction', WrenchStamped, 'force.x 1 N while the bumper is pressed', qos_profile_sensor_data
 )
@@ -66,6 +71,11 @@ ADAPTER = Interface(
             low=1,
             high=255,
             live=True,
+        ),
+        Parameter(
+            'resting_ground',
+            True,
+            'publish ground, of a robot that does not sense it; false: its own driver does',
         ),
         Parameter(
             'darkness', 0.5, 'of a ground that is not sensed, 0 to 1', low=0.0, high=1.0, live=True
