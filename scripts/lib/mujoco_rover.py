@@ -42,12 +42,12 @@ _MODEL = """
             priority="1"/>
       <body name="left" pos="0 0.08 0.033">
         <joint name="left" axis="0 1 0" damping="0.0005"/>
-        <geom type="cylinder" size="0.033 0.008" euler="90 0 0" mass="0.05"
+        <geom type="cylinder" size="0.033 0.003" euler="90 0 0" mass="0.05"
               friction="1 0.005 0.0001"/>
       </body>
       <body name="right" pos="0 -0.08 0.033">
         <joint name="right" axis="0 1 0" damping="0.0005"/>
-        <geom type="cylinder" size="0.033 0.008" euler="90 0 0" mass="0.05"
+        <geom type="cylinder" size="0.033 0.003" euler="90 0 0" mass="0.05"
               friction="1 0.005 0.0001"/>
       </body>
     </body>
@@ -58,8 +58,8 @@ _MODEL = """
     </body>
   </worldbody>
   <actuator>
-    <velocity joint="left" kv="0.03" forcerange="-0.2 0.2"/>
-    <velocity joint="right" kv="0.03" forcerange="-0.2 0.2"/>
+    <velocity joint="left" kv="0.3" forcerange="-0.5 0.5"/>
+    <velocity joint="right" kv="0.3" forcerange="-0.5 0.5"/>
   </actuator>
 </mujoco>
 """
@@ -74,7 +74,7 @@ class Rover:
         self._body = self._model.body('rover').id
         self._chassis = self._model.geom('chassis').id
         walls = ('east', 'west', 'north', 'south')
-        self._walls = {self._model.geom(name).id for name in walls}
+        self._walls = [self._model.geom(name).id for name in walls]
 
     def reset(self, pose, prey):
         """Place both; poses are x, y, heading in m and rad."""
@@ -105,9 +105,12 @@ class Rover:
             mujoco.mj_step(self._model, self._data)
             distance = np.hypot(*(self._data.qpos[:2] - self._data.mocap_pos[0, :2]))
             touched |= distance <= RADIUS + PREY_RADIUS
-            for contact in self._data.contact[: self._data.ncon]:
-                pair = {contact.geom1, contact.geom2}
-                self.pressed |= self._chassis in pair and bool(pair & self._walls)
+            pairs = self._data.contact.geom
+            self.pressed |= bool(
+                (
+                    (pairs == self._chassis).any(axis=1) & np.isin(pairs, self._walls).any(axis=1)
+                ).any()
+            )
         mujoco.mj_forward(self._model, self._data)
         return touched
 

@@ -16,7 +16,6 @@ import rclpy.executors
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from marxbot_msgs.msg import Ground
-from mujoco_rover import COLUMNS, LIDAR_RANGE, RAYS, TICK, Rover
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image, LaserScan
@@ -32,6 +31,12 @@ from marxbot_sim.core.layout import CONTACT
 from marxbot_sim.core.world import PREDATOR, PREY, World
 from neuro_controller.core.champions import select_champion
 from neuro_controller.core.controller import Controller
+
+try:
+    from mujoco_rover import COLUMNS, LIDAR_RANGE, RAYS, TICK, Rover
+except ModuleNotFoundError as error:
+    print(f'mujoco: {error}, expected it installed; see scripts/mujoco --help', file=sys.stderr)
+    sys.exit(2)
 
 ROS2 = Path(__file__).resolve().parent.parent / 'ros2'
 PREDATOR_GENOME = 'shipped/open'
