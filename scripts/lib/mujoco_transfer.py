@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 import tempfile
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,13 +24,16 @@ from std_msgs.msg import Bool
 from coevo_manager.core.episodes import trace_pair
 from coevo_manager.core.episodes.numbering import episode_numbers
 from coevo_manager.core.provenance import choose_environment
+from marxbot_sensors import CAMERA, INFRARED, MARXBOT, TOUCH
 from marxbot_sensors import GROUND as GROUND_SENSOR
-from marxbot_sensors import MARXBOT, TOUCH
 from marxbot_sim.core.disturbance import PerturbedRobots
 from marxbot_sim.core.layout import CONTACT
 from marxbot_sim.core.world import PREDATOR, PREY, World
 from neuro_controller.core.champions import select_champion
 from neuro_controller.core.controller import Controller
+from neuro_controller.core.pilot import Pilot
+from robot_senses.core.lidar import infrared_ranges
+from robot_senses.core.panorama import sectors
 
 try:
     from mujoco_rover import COLUMNS, LIDAR_RANGE, RAYS, TICK, Rover
@@ -42,13 +45,14 @@ ROS2 = Path(__file__).resolve().parent.parent / 'ros2'
 PREDATOR_GENOME = 'shipped/open'
 PREY_GENOMES = tuple(f'shipped/open:0:{rank}' for rank in (1, 2, 3, 4))
 RESEND = 0.5
-PARAMETERS = """\
+BODY_RADIUS = 0.09
+PARAMETERS = f"""\
 /**:
   ros__parameters:
     trigger: sensors
     sensor_timeout: 60.0
     contact_threshold: 0.5
-    body_radius: 0.09
+    body_radius: {BODY_RADIUS}
 """
 
 
@@ -96,6 +100,35 @@ class Lockstep(Node):
                 self._executor.spin_once(timeout_sec=RESEND)
                 if self._command is not None and self._command.header.stamp == stamp:
                     return self._command.twist.linear.x, self._command.twist.angular.z
+
+
+class Direct:
+    """What the topics, the adapter and the controller node compute, without the processes.
+
+    Parameters
+    ----------
+    champion : Champion
+        The predator.
+    """
+
+    def __init__(self, champion):
+        self._pilot = Pilot(Controller(champion.genome, **champion.settings))
+
+    def ask(self, tick, ranges, pixels, pressed, darkness=None):
+        """Return the command for what is sensed, as `Lockstep.ask`."""
+        if tick == 0:
+            self._pilot.reset()
+        increment = float(np.float32(2 * math.pi / RAYS))
+        limits = (float(np.float32(limit)) for limit in LIDAR_RANGE)
+        rays = infrared_ranges(np.float32(ranges), 0.0, increment, *limits)
+        readings = np.empty(MARXBOT.readings, np.float32)
+        rim = np.float32(rays) - np.float32(BODY_RADIUS)
+        readings[MARXBOT.rows(INFRARED)] = np.maximum(rim, 0)
+        readings[MARXBOT.rows(CAMERA)] = sectors(pixels, 'green')
+        readings[MARXBOT.rows(GROUND_SENSOR)] = 0.5 if darkness is None else darkness
+        readings[MARXBOT.rows(TOUCH)] = pressed
+        self._pilot.step(readings)
+        return self._pilot.command
 
 
 @contextmanager
@@ -156,7 +189,7 @@ class Chase:
                 return tick + 1
         return self.environment.episode_ticks
 
-    def with_rover(self, number, rover, lockstep):
+    def with_rover(self, number, rover, driver):
         """Return that of the rover in MuJoCo, with the prey as it is in the kernel."""
         poses = list(map(list, self.starts(number)))
         rover.reset(*poses)
@@ -167,7 +200,7 @@ class Chase:
             readings = world.readings[PREY]
             readings[MARXBOT.rows(TOUCH)] = contact
             darkness = rover.ground() if self.floor_sensors else None
-            command = lockstep.ask(tick, rover.scan(), rover.panorama(), rover.pressed, darkness)
+            command = driver.ask(tick, rover.scan(), rover.panorama(), rover.pressed, darkness)
             world.step([[0, 0], prey.step(readings)])
             contact = world.bodies[PREY, CONTACT]
             poses[PREY] = world.poses[PREY].astype(float).tolist()
@@ -175,6 +208,35 @@ class Chase:
                 return tick + 1
             poses[PREDATOR] = list(rover.pose)
         return self.environment.episode_ticks
+
+
+@contextmanager
+def over_topics(floor_sensors):
+    """Start adapter and controller, and yield a `Lockstep` with them."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        (folder / 'rover.yaml').write_text(PARAMETERS)
+        export = ['run', 'coevo_manager', 'export', PREDATOR_GENOME, '--species', 'predator']
+        subprocess.run([ROS2, *export, '--yaml', folder / 'predator.yaml'], check=True)
+        stack.enter_context(
+            running(
+                *('run', 'robot_senses', 'adapter', '--ros-args', '-r', '__ns:=/rover'),
+                *('-p', f'resting_ground:={str(not floor_sensors).lower()}'),
+            )
+        )
+        stack.enter_context(
+            running(
+                *('launch', 'neuro_controller', 'hardware.launch.xml', 'robot:=rover'),
+                f'genome:={folder / "predator.yaml"}',
+                f'parameters:={folder / "rover.yaml"}',
+                'autostart:=true',
+            )
+        )
+        rclpy.init()
+        stack.callback(rclpy.try_shutdown)
+        lockstep = Lockstep()
+        stack.callback(lockstep.destroy_node)
+        yield lockstep
 
 
 def interval(values):
@@ -189,6 +251,7 @@ def main():
     parser.add_argument('--episodes', type=int, default=40)
     parser.add_argument('--first', type=int, default=0)
     parser.add_argument('--floor-sensors', action='store_true')
+    parser.add_argument('--direct', action='store_true')
     parser.add_argument('--csv', type=Path)
     options = parser.parse_args()
     predator = select_champion(PREDATOR_GENOME, 'predator')
@@ -198,29 +261,9 @@ def main():
     ]
     episode_ticks = chases[0].environment.episode_ticks
     rows = []
-    with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-        (folder / 'rover.yaml').write_text(PARAMETERS)
-        export = ['run', 'coevo_manager', 'export', PREDATOR_GENOME, '--species', 'predator']
-        subprocess.run([ROS2, *export, '--yaml', folder / 'predator.yaml'], check=True)
-        stack.enter_context(
-            running(
-                *('run', 'robot_senses', 'adapter', '--ros-args', '-r', '__ns:=/rover'),
-                *('-p', f'resting_ground:={str(not options.floor_sensors).lower()}'),
-            )
-        )
-        stack.enter_context(
-            running(
-                *('launch', 'neuro_controller', 'hardware.launch.xml', 'robot:=rover'),
-                f'genome:={folder / "predator.yaml"}',
-                f'parameters:={folder / "rover.yaml"}',
-                'autostart:=true',
-            )
-        )
-        rclpy.init()
-        stack.callback(rclpy.try_shutdown)
-        lockstep, rover = Lockstep(), Rover()
-        stack.callback(lockstep.destroy_node)
+    route = nullcontext(Direct(predator)) if options.direct else over_topics(options.floor_sensors)
+    rover = Rover()
+    with route as driver:
         for number in range(options.first, options.first + options.episodes):
             chase = chases[number % len(chases)]
             row = {
@@ -228,7 +271,7 @@ def main():
                 'kernel': chase.simulated(number, 'kinematic'),
                 'pymunk': chase.simulated(number, 'pymunk'),
                 'no ground': chase.senseless(number),
-                'rover': chase.with_rover(number, rover, lockstep),
+                'rover': chase.with_rover(number, rover, driver),
             }
             rows.append(row)
             print(row, flush=True)
