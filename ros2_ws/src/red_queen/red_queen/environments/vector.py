@@ -100,7 +100,7 @@ class ChaseVectorEnv(VectorEnv):
         ended = captured | over
         if ended.any():
             places = np.flatnonzero(ended)
-            last = np.zeros(self.observation_space.shape, np.float32)
+            last = np.zeros_like(self._episodes.observations[self._robot])
             last[places] = self._episodes.observations[self._robot, places]
             infos = {'final_obs': last, '_final_obs': ended}
             self._begin(places)
