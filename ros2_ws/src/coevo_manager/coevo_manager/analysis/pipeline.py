@@ -7,6 +7,7 @@ from typing import Any
 from coevo_manager import cluster
 from coevo_manager.analysis.figures import beyond as figures_beyond
 from coevo_manager.analysis.figures import draw
+from coevo_manager.analysis.figures import games as figures_games
 from coevo_manager.analysis.figures import paper as figures
 from coevo_manager.analysis.figures.behaviours import CAPTION, behaviours
 from coevo_manager.analysis.play.kernel import Kernel, source_hash
@@ -91,6 +92,7 @@ def write_all(study: Study, out: Path, stage: Stage) -> Path:
     charts = [
         *figures.paper_figures(study),
         *figures_beyond.figures(study, found['verdicts'].frame),
+        *figures_games.figures(study, {name: table.frame for name, table in found.items()}),
     ]
     advance = stage('Figures', len(charts) + len(study.conditions))
     drawn = draw.draw_all(charts, out / 'figures', advance)

@@ -94,6 +94,12 @@ class Configuration:
         'of those they descend from',
         choices=('ranked', 'evolved'),
     )
+    fresh_noise: str = described(
+        'never',
+        'where starts or noise are random, evolving agents meet new ones in each phase or '
+        'generation; never: a pair always meets the same, as it does in rankings',
+        choices=('never', 'phase', 'generation'),
+    )
     reevaluate_parents: bool = described(
         False,
         'each generation evaluates the agent again, beside its candidates, so that none owes its '

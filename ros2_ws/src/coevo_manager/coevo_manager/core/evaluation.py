@@ -22,12 +22,15 @@ class Batch:
         is collected or cancelled, so that an evaluator may send them again.
     predator_index, prey_index : uint32 (n,), (n,)
         Episode k is played by ``predators[predator_index[k]]`` and ``prey[prey_index[k]]``.
+    noise : int
+        Which starts and noise: 0 for those in which a pair always meets, else others.
     """
 
     predators: np.ndarray
     prey: np.ndarray
     predator_index: np.ndarray
     prey_index: np.ndarray
+    noise: int = 0
 
     def __len__(self) -> int:
         return len(self.predator_index)
@@ -52,6 +55,8 @@ class Lineage:
         Number of genes that each mutation redraws.
     genes, values : uint32 (c,), float32 (c,)
         Those genes and their new values, one mutation after the other.
+    noise : int
+        As of a `Batch`.
     """
 
     species: str
@@ -61,6 +66,7 @@ class Lineage:
     redrawn: np.ndarray
     genes: np.ndarray
     values: np.ndarray
+    noise: int = 0
 
     def __len__(self) -> int:
         return len(self.redrawn) * len(self.opponents)
@@ -146,7 +152,7 @@ def next_answer(evaluator: Evaluator, stop: threading.Event) -> tuple[int, np.nd
     raise StoppedError
 
 
-def all_pairs(species: str, ours: np.ndarray, theirs: np.ndarray) -> Batch:
+def all_pairs(species: str, ours: np.ndarray, theirs: np.ndarray, noise: int = 0) -> Batch:
     """Return the episodes of all of ours against all of theirs.
 
     Parameters
@@ -155,22 +161,33 @@ def all_pairs(species: str, ours: np.ndarray, theirs: np.ndarray) -> Batch:
         Ours: 'predator' or 'prey'.
     ours, theirs : float32 (k, genes), (m, genes)
         Episode ``i * m + j`` is that of ours i and theirs j.
+    noise : int
+        See `Batch`.
     """
     index = np.indices((len(ours), len(theirs)), np.uint32).reshape(2, -1)
-    return some_pairs(species, ours, theirs, *index)
+    return some_pairs(species, ours, theirs, index[0], index[1], noise)
 
 
 def some_pairs(
-    species: str, ours: np.ndarray, theirs: np.ndarray, index: np.ndarray, opponent: np.ndarray
+    species: str,
+    ours: np.ndarray,
+    theirs: np.ndarray,
+    index: np.ndarray,
+    opponent: np.ndarray,
+    noise: int = 0,
 ) -> Batch:
     """Return the episodes of ``ours[index[k]]`` against ``theirs[opponent[k]]``, for all k."""
     if species == 'predator':
-        return Batch(ours, theirs, index, opponent)
-    return Batch(theirs, ours, opponent, index)
+        return Batch(ours, theirs, index, opponent, noise)
+    return Batch(theirs, ours, opponent, index, noise)
 
 
 def evaluate_all(
-    evaluator: Evaluator, predators: np.ndarray, prey: np.ndarray, stop: threading.Event
+    evaluator: Evaluator,
+    predators: np.ndarray,
+    prey: np.ndarray,
+    stop: threading.Event,
+    noise: int = 0,
 ) -> np.ndarray:
     """Play every predator against every prey.
 
@@ -179,6 +196,8 @@ def evaluate_all(
     evaluator : Evaluator
     predators, prey : float32 (P, genes), (Q, genes)
     stop : Event
+    noise : int
+        See `Batch`.
 
     Returns
     -------
@@ -192,7 +211,7 @@ def evaluate_all(
     result = np.empty((len(predators), len(prey)), np.int32)
     parts = {}
     for rows in np.array_split(np.arange(len(predators)), min(evaluator.slots, len(predators))):
-        batch = all_pairs('predator', predators[rows], np.ascontiguousarray(prey))
+        batch = all_pairs('predator', predators[rows], np.ascontiguousarray(prey), noise)
         parts[evaluator.submit(batch)] = rows
     while parts:
         ticket, ticks = next_answer(evaluator, stop)

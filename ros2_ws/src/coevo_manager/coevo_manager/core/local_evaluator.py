@@ -40,7 +40,14 @@ class LocalEvaluator:
         if isinstance(work, Lineage):
             stream.submit_lineage(ticket, work)
         else:
-            stream.submit(ticket, work.predators, work.prey, work.predator_index, work.prey_index)
+            stream.submit(
+                ticket,
+                work.predators,
+                work.prey,
+                work.predator_index,
+                work.prey_index,
+                work.noise,
+            )
         return ticket
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:

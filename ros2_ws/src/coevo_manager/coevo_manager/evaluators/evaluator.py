@@ -145,7 +145,12 @@ class EvaluatorNode(Node):
             self._respond(EvaluateBatch.Response(success=True), task)
             return
         self._stream(environment, request.complexity).submit(
-            task, batch.predators, batch.prey, batch.predator_index, batch.prey_index
+            task,
+            batch.predators,
+            batch.prey,
+            batch.predator_index,
+            batch.prey_index,
+            batch.noise,
         )
 
     def _begin_lineage(self, request: EvaluateLineage.Request, task: Task) -> None:

@@ -49,6 +49,7 @@ def to_request(
         request.predator_index = to_sequence(work.predator_index, 'I')
         request.prey_index = to_sequence(work.prey_index, 'I')
     request.number = number
+    request.noise = work.noise
     request.environment = environment
     return request
 
@@ -71,7 +72,7 @@ def to_batch(request: EvaluateBatch.Request) -> Batch:
             f'prey_index has {len(prey_index)} entries, expected {len(predator_index)} '
             'as predator_index'
         )
-    return Batch(predators, prey, predator_index, prey_index)
+    return Batch(predators, prey, predator_index, prey_index, request.noise)
 
 
 def to_lineage(request: EvaluateLineage.Request) -> Lineage:
@@ -104,7 +105,16 @@ def to_lineage(request: EvaluateLineage.Request) -> Lineage:
             f'{GENE_RANGE:g}]'
         )
     species = 'predator' if request.predator else 'prey'
-    return Lineage(species, parent[0], request.parent_ticks, opponents, redrawn, genes, values)
+    return Lineage(
+        species,
+        parent[0],
+        request.parent_ticks,
+        opponents,
+        redrawn,
+        genes,
+        values,
+        request.noise,
+    )
 
 
 def _to_genomes(sequence: array.array, name: str, layout: Layout) -> np.ndarray:

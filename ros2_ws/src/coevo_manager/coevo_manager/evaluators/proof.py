@@ -50,12 +50,16 @@ def sample(
     if isinstance(work, Lineage):
         generation, opponent = divmod(episode, len(work.opponents))
         ours = _offspring(work, ticks, generation)[np.newaxis]
-        batch = all_pairs(work.species, ours, work.opponents[opponent : opponent + 1])
+        batch = all_pairs(work.species, ours, work.opponents[opponent : opponent + 1], work.noise)
     else:
         alone = np.zeros(1, np.uint32)
         predator, prey = work.predator_index[episode], work.prey_index[episode]
         batch = Batch(
-            work.predators[predator : predator + 1], work.prey[prey : prey + 1], alone, alone
+            work.predators[predator : predator + 1],
+            work.prey[prey : prey + 1],
+            alone,
+            alone,
+            work.noise,
         )
     return batch, int(ticks[episode])
 

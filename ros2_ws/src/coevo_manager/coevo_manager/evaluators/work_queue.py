@@ -130,6 +130,7 @@ def split(ticket: int, work: Batch | Lineage, longest: int) -> Iterator[Part]:
                 work.prey[prey],
                 predator_index.astype(np.uint32),
                 prey_index.astype(np.uint32),
+                work.noise,
             ),
             place,
         )

@@ -13,6 +13,7 @@ from analysis_runs import make_run
 from browser import SHOW, ask, click, open_browser, until
 
 from coevo_manager.analysis import command as analyze
+from coevo_manager.analysis.measures import games
 from coevo_manager.analysis.play.behaviours import without_sensor_noise
 from coevo_manager.analysis.play.kernel import Kernel
 from coevo_manager.analysis.play.probe import SearchBudget
@@ -79,6 +80,57 @@ def test_held_out_opponents_are_the_best_of_other_runs(runs, out):
         prey = run.snapshot(generation).prey
         ticks = evaluate_matrix(elite, prey, run.environment)
         assert row.fitness[generation] == pytest.approx(ticks.mean() / 150, rel=1e-5)
+
+
+def test_the_tournament_is_told_as_a_game(runs, out):
+    tournament = table(out, 'master_tournament')
+    tournament = tournament[tournament.arena == 'open arena']
+    one = tournament[(tournament.condition == 'Standard') & (tournament.seed == 2)]
+    fitness = one.pivot(
+        index='predator_generation', columns='prey_generation', values='predator_fitness'
+    ).to_numpy()
+
+    def own(name):
+        found = table(out, name)
+        return found[
+            (found.arena == 'open arena') & (found.condition == 'Standard') & (found.seed == 2)
+        ]
+
+    equilibrium, share = games.nash_average(fitness), games.alpha_rank(fitness)
+    nash, alpha = own('nash_averaging'), own('alpha_rank')
+    for species, rating, time in (
+        ('predator', equilibrium.predator_ratings, share.sum(axis=1)),
+        ('prey', equilibrium.prey_ratings, share.sum(axis=0)),
+    ):
+        found = nash[nash.species == species]
+        assert found.rating.to_numpy() == pytest.approx(rating, abs=1e-3)
+        assert found.probability.sum() == pytest.approx(1, abs=1e-4)
+        found = alpha[alpha.species == species].share_of_time.to_numpy()
+        assert found == pytest.approx(time, abs=1e-3)
+    exploited = own('meta_exploitability').exploitability.to_numpy()
+    assert exploited == pytest.approx(games.exploitability(fitness), abs=1e-4)
+    diversity = own('effective_diversity').effective_diversity.item()
+    assert diversity == pytest.approx(games.effective_diversity(fitness), abs=1e-3)
+    page = (out / 'report.html').read_text()
+    assert page.count('Nash averaging puts weight on the last quarter of the run: predators') == 3
+    assert (out / 'figures' / 'games_open_arena.svg').exists()
+
+
+def test_the_league_is_of_the_matches_between_conditions(out):
+    found = table(out, 'league').set_index('condition')
+    assert set(found.index) == {'Standard', 'Simplified'}  # only one condition has the obstacle
+    cross = table(out, 'cross_experiment').set_index(
+        ['predators_condition', 'predators_seed', 'prey_condition', 'prey_seed']
+    )['predator_fitness']
+    margins = [
+        cross['Standard', seed, 'Simplified', 1] - cross['Simplified', 1, 'Standard', seed]
+        for seed in (1, 2, 3)
+    ]
+    won, lost = (sum(sign * m > 0 for m in margins) for sign in (1, -1))
+    assert (found.won['Standard'], found.lost['Standard']) == (won, lost)
+    assert (found.won['Simplified'], found.lost['Simplified']) == (lost, won)
+    assert list(found.rating) == sorted(found.rating, reverse=True)
+    assert (found.rating['Standard'] > found.rating['Simplified']) == (won > lost)
 
 
 def test_complexity_is_that_of_the_recorded_wheels(runs, out):

@@ -1,6 +1,7 @@
 """Whole runs of the core against the real episodes."""
 
 import csv
+import dataclasses
 import hashlib
 import json
 import random
@@ -14,7 +15,7 @@ import pytest
 from lineages import follow
 
 from coevo_manager.core.episodes import evaluate_matrix, evaluate_pairs
-from coevo_manager.core.evaluation import Lineage
+from coevo_manager.core.evaluation import Lineage, evaluate_all
 from coevo_manager.core.evolution import (
     Evolution,
     GenerationStats,
@@ -30,6 +31,7 @@ from coevo_manager.core.evolution import (
 from coevo_manager.core.evolution.budget import RunBudget
 from coevo_manager.core.evolution.sessions import read_sessions
 from coevo_manager.core.local_evaluator import LocalEvaluator
+from neuro_controller.core.genome import random_genomes
 
 SMALL = {
     'population': 8,
@@ -472,3 +474,51 @@ def test_equal_episodes_are_remarked():
     (remark,) = remarks(load_configuration(values | {'world': 'faithful'}), 100)
     assert 'are equal' in remark
     assert not remarks(load_configuration(values | {'world': 'varied'}), 100)
+
+
+@pytest.mark.parametrize('fresh', ['phase', 'generation'])
+@pytest.mark.parametrize('algorithm', ['standard', 'random_opponents', 'archive'])
+def test_fresh_noise_is_counted_repeatable_and_other_noise(tmp_path, algorithm, fresh):
+    values = {'world': 'robust', 'algorithm': algorithm, 'phases': 2, 'swap_generations': 6}
+    configuration = configure(**values, fresh_noise=fresh)
+    environment = configuration.make_environment()
+    run(tmp_path / 'one', configuration, LocalEvaluator(environment))
+    run(tmp_path / 'two', configuration, LocalEvaluator(environment, threads=2))
+    run(tmp_path / 'never', configure(**values))
+    one = contents(tmp_path / 'one')
+    assert one == contents(tmp_path / 'two')
+    assert one['generations.csv'] != contents(tmp_path / 'never')['generations.csv']
+    assert int(table(tmp_path / 'one' / 'phases.csv')[-1]['episodes']) == episodes(configuration)
+    # Rankings are over the noise that a pair always meets.
+    with np.load(tmp_path / 'one' / 'snapshots' / 'gen_000012.npz') as file:
+        ticks = evaluate_matrix(file['predators'], file['prey'], environment)
+        np.testing.assert_allclose(
+            file['fitness'], 1 - ticks / configuration.pair_ticks, atol=1e-6
+        )
+
+
+def test_noise_is_the_pairs_own_unless_another_is_asked_for():
+    environment = configure(world='robust').make_environment()
+    predators, prey = (random_genomes(6, np.random.default_rng(seed)) for seed in (1, 2))
+    stop = threading.Event()
+    evaluator = LocalEvaluator(environment)
+    usual, one, two = (
+        evaluate_all(evaluator, predators, prey, stop, noise) for noise in (0, 1, 2)
+    )
+    np.testing.assert_array_equal(usual, evaluate_matrix(predators, prey, environment))
+    assert (one != usual).any() and (one != two).any()
+    np.testing.assert_array_equal(one, evaluate_all(evaluator, predators, prey, stop, 1))
+    # The second of two episodes of a pair has the noise that a pair's one episode has in noise 1.
+    twice = LocalEvaluator(dataclasses.replace(environment, repetitions=2))
+    np.testing.assert_array_equal(evaluate_all(twice, predators, prey, stop), usual + one)
+
+
+def test_parents_evaluated_again_change_nothing_but_the_cost_where_nothing_is_random(tmp_path):
+    values = {'world': 'faithful', 'phases': 2}
+    run(tmp_path / 'once', configure(**values))
+    configuration = load_configuration({**SMALL, **values, 'reevaluate_parents': True})
+    run(tmp_path / 'again', configuration)
+    once, again = (table(tmp_path / name / 'generations.csv') for name in ('once', 'again'))
+    for first, second in zip(once, again, strict=True):
+        assert {**first, 'episodes': '', 'ticks': ''} == {**second, 'episodes': '', 'ticks': ''}
+    assert int(table(tmp_path / 'again' / 'phases.csv')[-1]['episodes']) == episodes(configuration)

@@ -80,6 +80,23 @@ METHODS = (
         '(transitive part); the rest is cyclic. The share is of the sum of squares.',
     ),
     (
+        'Game theory of the tournament',
+        'The tournament of a run is a zero-sum game in which a generation of predators and one of '
+        'prey are chosen. Nash averaging (Balduzzi et al. 2018): its equilibrium of greatest '
+        'entropy; the rating of a generation is its fitness against the other side of it, less '
+        'the value. Alpha-rank (Omidshafiei et al. 2019): the stationary distribution of '
+        'mutants that take over finite populations. Exploitability of the meta-game: what the '
+        'best other predators and prey of the tournament gain against a generation. Effective '
+        'diversity (Balduzzi et al. 2019): of the game between generations, 0 where one beats '
+        'all.',
+    ),
+    (
+        'League',
+        'Runs of different conditions play each other with both species of their last '
+        "generation; a run wins if its predators do better against the other's prey than the "
+        "other's against its own. OpenSkill's Plackett-Luce rating, match by match.",
+    ),
+    (
         'Exploitability',
         'A fresh (1+1) search (2 % of genes redrawn a mutation, from random genomes) for a best '
         'response to one frozen champion, the best of its population against its '
@@ -127,6 +144,15 @@ TABLES = {
         'What the robots do.',
         'Means over episodes of equal length without sensor noise; complexity in rad/s per '
         'tick, reversals in 100 s, the others shares of time.',
+    ),
+    'league': (
+        'League of conditions.',
+        'OpenSkill ratings over all pairs of runs of different conditions, the best first; at '
+        'least: three deviations below.',
+    ),
+    'effective_diversity': (
+        'Effective diversity of the tournament.',
+        'Of each run; explained under Methods.',
     ),
     'retrogression': (
         'Rate of retrogression.',

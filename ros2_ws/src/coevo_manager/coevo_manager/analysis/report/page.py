@@ -18,6 +18,7 @@ from coevo_manager.analysis.conditions import slug
 from coevo_manager.analysis.figures import interactive
 from coevo_manager.analysis.figures.charts import Chart
 from coevo_manager.analysis.measures import statistics
+from coevo_manager.analysis.report.games import sentences
 from coevo_manager.analysis.report.methods import METHODS, TABLES
 from coevo_manager.analysis.report.tables import Table
 from coevo_manager.analysis.study import Study
@@ -32,6 +33,9 @@ ASSETS = (
 )
 AT_A_GLANCE = 'gains'
 """Kind of the chart that stands beside the verdicts."""
+
+GAMES = ('nash_averaging', 'alpha_rank', 'meta_exploitability', 'effective_diversity')
+"""Tables of what game theory says, told in sentences beside the verdicts."""
 
 CHIPS = {
     'progress': ('progress', '▲'),
@@ -95,7 +99,7 @@ def write_report(
         css=''.join(source[name] for name in ASSETS if name.endswith('.css')),
         scripts=[source[name] for name in ASSETS if name.endswith('.js')],
         data=_json(data).replace('<', '\\u003c'),
-        glance=[_glance(arena, tables['verdicts'].frame, charts) for arena in arenas],
+        glance=[_glance(arena, tables, charts) for arena in arenas],
         caution=statistics.caution(min(len(each.runs) for each in study.conditions)),
         warnings=_warnings(study),
         sections=sections,
@@ -167,14 +171,17 @@ def _lead(study: Study) -> str:
 
 
 def _glance(
-    arena: str, verdicts: pd.DataFrame, charts: list[tuple[Chart, Path]]
+    arena: str, tables: dict[str, Table], charts: list[tuple[Chart, Path]]
 ) -> dict[str, Any]:
-    table = verdicts[verdicts['arena'] == arena]
+    frames = {name: tables[name].frame for name in GAMES}
+    table = tables['verdicts'].frame
+    table = table[table['arena'] == arena]
     names = list(dict.fromkeys(table['measure']))
     rows, answers = [], []
     for condition in dict.fromkeys(table['condition']):
         part = table[table['condition'] == condition]
-        answers.append({'condition': condition, 'text': answer(part)})
+        text = f'{answer(part)} {sentences(frames, arena, condition)}'
+        answers.append({'condition': condition, 'text': text})
         for species in PLURAL:
             own = part[part['species'] == species]
             cells = {row.measure: _verdict_cell(row) for row in own.itertuples()}

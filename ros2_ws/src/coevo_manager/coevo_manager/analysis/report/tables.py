@@ -15,7 +15,7 @@ from coevo_manager.analysis.measures import beyond, statistics
 from coevo_manager.analysis.measures.cross import cross_values
 from coevo_manager.analysis.measures.paper import performance
 from coevo_manager.analysis.play.probe import best_found, candidates_needed, while_searching
-from coevo_manager.analysis.report import progress
+from coevo_manager.analysis.report import games, progress
 from coevo_manager.analysis.runs import Replication
 from coevo_manager.analysis.study import FACED, ConditionResults, Study
 from coevo_manager.core.behaviour import MEASURES
@@ -300,6 +300,11 @@ def all_tables(study: Study) -> dict[str, Table]:
         diversity,
         retrogression,
         cyclicity,
+        games.nash_averaging,
+        games.alpha_rank,
+        games.meta_exploitability,
+        games.effective_diversity,
+        games.league,
     )
     tests = progress.generation_tests(study)
     tables = [

@@ -38,7 +38,7 @@ def repeated(number, repetition):
     number : uint64
         `episode_number` of the opponent.
     repetition : int
-        From 0, which is the pair's only episode where it has no other.
+        From 0, which is the pair's only episode where it has no other; fresh noise counts on.
     """
     return number + np.uint64(repetition) * _STEP
 

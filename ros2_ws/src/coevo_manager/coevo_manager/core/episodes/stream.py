@@ -90,7 +90,7 @@ class EpisodeStream:
         """Requests that are not finished."""
         return len(self._waiting)
 
-    def submit(self, ticket, predators, prey, predator_index, prey_index):
+    def submit(self, ticket, predators, prey, predator_index, prey_index, noise=0):
         """Queue a request.
 
         Parameters
@@ -100,6 +100,8 @@ class EpisodeStream:
         predators, prey : float32 arrays, shapes (p, genes) and (q, genes)
         predator_index, prey_index : integer arrays, shape (n,), n >= 1
             Which predator meets which prey.
+        noise : int
+            Which starts and noise: 0 for those in which a pair always meets, else others.
         """
         first = self._numbers()
         rows = self._genomes.extend(len(predators) + len(prey))
@@ -108,6 +110,7 @@ class EpisodeStream:
         self._add_episodes(
             np.asarray(predator_index) + first['genomes'],
             np.asarray(prey_index) + (first['genomes'] + len(predators)),
+            noise,
         )
         self._add_request(ticket, first, ready=self._episodes.end)
 
@@ -128,7 +131,8 @@ class EpisodeStream:
         ours = np.full(generations * opponents, first['genomes'] + 1)
         theirs = np.tile(np.arange(opponents) + (first['genomes'] + 2), generations)
         hunting = lineage.species == 'predator'
-        self._add_episodes(*((ours, theirs) if hunting else (theirs, ours)))
+        predators, prey = (ours, theirs) if hunting else (theirs, ours)
+        self._add_episodes(predators, prey, lineage.noise)
         rows = self._changes.extend(len(lineage.genes))
         self._changes.array['gene'][rows] = lineage.genes
         self._changes.array['value'][rows] = lineage.values
@@ -175,12 +179,14 @@ class EpisodeStream:
             'changes': self._changes.end,
         }
 
-    def _add_episodes(self, predators, prey):
+    def _add_episodes(self, predators, prey, noise):
         repetitions = self.environment.repetitions
         rows = self._episodes.extend(len(predators) * repetitions)
         self._episodes.array['predator'][rows] = np.repeat(predators, repetitions)
         self._episodes.array['prey'][rows] = np.repeat(prey, repetitions)
-        self._episodes.array['repetition'][rows] = np.arange(len(rows)) % repetitions
+        self._episodes.array['repetition'][rows] = (
+            noise * repetitions + np.arange(len(rows)) % repetitions
+        )
         self._episodes.array['request'][rows] = self._requests.end
 
     def _add_request(self, ticket, first, **fields):

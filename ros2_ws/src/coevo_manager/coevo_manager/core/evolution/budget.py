@@ -14,6 +14,9 @@ class RunBudget:
     ----------
     first : int
         Episodes of the first evaluation: N x N, times those of each pair, as in all that follows.
+    measures_agents, measures_evolved : bool
+        Whether a phase measures its agents against its opponents when it begins and when it has
+        ended, since what it measures in fresh noise is comparable with nothing else.
     generation : int
         Episodes of a generation: each agent's k candidates against n opponents, and the agent
         where parents are evaluated again.
@@ -25,6 +28,10 @@ class RunBudget:
         algorithm = algorithms.load(configuration.algorithm)
         self._agents = algorithm.lineages(configuration)
         self._incumbents = population if algorithm.external_opponents else 0
+        fresh = configuration.fresh_noise != 'never'
+        compares = optimizers.load(configuration.optimizer).compares_generations(configuration)
+        self.measures_agents = fresh and compares and not configuration.reevaluate_parents
+        self.measures_evolved = fresh and algorithm.external_opponents
         self._configuration = configuration
         each = configuration.episodes_per_opponent
         self.first = population * population * each
@@ -34,10 +41,12 @@ class RunBudget:
     def overhead(self, rivals: int) -> int:
         """Return the episodes of a phase outside its generations.
 
-        The agents meet all rivals, n x N, and the N incumbents opponents from elsewhere.
+        The agents meet all rivals, n x N, and the N incumbents opponents from elsewhere; agents
+        may be measured.
         """
         configuration = self._configuration
-        episodes = self._agents * rivals + self._incumbents * configuration.selected
+        measured = self._agents * (self.measures_agents + self.measures_evolved)
+        episodes = self._agents * rivals + (self._incumbents + measured) * configuration.selected
         return episodes * configuration.episodes_per_opponent
 
     def generations_left(self, state: State, rivals: int) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import threading
 from pathlib import Path
 
@@ -196,9 +197,13 @@ class Evolution:
         rng = generator(configuration.seed, 'opponents', state.phase + 1)
         opponents = self._algorithm.opponents(state, rng)
         fitness = self._fitness_against(state, opponents)
+        noises = self._noises(state, generations)
         agents = self._algorithm.start(state, fitness, rng)
+        if self._budget.measures_agents:
+            training = self._training(state, agents.genomes, opponents, noises[0])
+            agents = dataclasses.replace(agents, training=training)
         rivals = self._algorithm.rivals(state)
-        phase = Phase(state.phase + 1, species, generations, agents, opponents, rivals)
+        phase = Phase(state.phase + 1, species, generations, agents, opponents, rivals, noises)
         before = state.generation
         log: list[GenerationStats] = []
         means = tuple(state.mean_fitness(species) for species in SPECIES)
@@ -210,6 +215,9 @@ class Evolution:
             lambda generation: log.append(self._count(state, phase, generation, means)),
         )
         self._add_cost(state, evolved.capture_ticks)
+        if self._budget.measures_evolved:
+            training = self._training(state, evolved.genomes, opponents)
+            evolved = dataclasses.replace(evolved, training=training)
         retained = self._algorithm.settle(state, agents, fitness, evolved)
         state.phase = phase.number
         self._algorithm.remember(state, species)
@@ -250,13 +258,32 @@ class Evolution:
             return state.fitness(species)[:, opponents.index]
         if not self._algorithm.external_opponents:
             return None
-        ours, theirs = state.genomes(species), opponents.genomes
+        return self._measure(state, state.genomes(species), opponents)
+
+    def _training(
+        self, state: State, genomes: np.ndarray, opponents: Opponents, noise: int = 0
+    ) -> np.ndarray:
+        """Return fitness summed over the opponents, int64 (n,), in ticks."""
+        return self._measure(state, genomes, opponents, noise).sum(axis=1, dtype=np.int64)
+
+    def _measure(
+        self, state: State, genomes: np.ndarray, opponents: Opponents, noise: int = 0
+    ) -> np.ndarray:
+        """Return fitness against each opponent, (n, m), in ticks; the episodes are counted."""
+        species, stop = state.evolving, self._stop
         if species == 'predator':
-            ticks = evaluate_all(self._evaluator, ours, theirs, self._stop)
+            ticks = evaluate_all(self._evaluator, genomes, opponents.genomes, stop, noise)
         else:
-            ticks = evaluate_all(self._evaluator, theirs, ours, self._stop).T
+            ticks = evaluate_all(self._evaluator, opponents.genomes, genomes, stop, noise).T
         self._add_cost(state, ticks)
         return fitness_of(species, ticks, state.pair_ticks)
+
+    def _noises(self, state: State, generations: int) -> list[int]:
+        """Return the starts and noise of each generation of the next phase, see `Batch`."""
+        fresh = self.configuration.fresh_noise
+        if fresh == 'generation':
+            return [state.generation + 1 + k for k in range(generations)]
+        return [state.phase + 1 if fresh == 'phase' else 0] * generations
 
     def _add_cost(self, state: State, capture_ticks: np.ndarray) -> None:
         state.episodes += capture_ticks.size * self.configuration.episodes_per_opponent

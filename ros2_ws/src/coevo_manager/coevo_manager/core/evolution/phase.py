@@ -9,7 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -51,6 +51,8 @@ class Phase:
     opponents : Opponents
     rivals : float32 (rivals, genes)
         Whom every agent meets when it has evolved: the opposing population.
+    noises : sequence of int
+        Starts and noise of each generation, see `Batch`.
     """
 
     number: int
@@ -59,6 +61,7 @@ class Phase:
     agents: Agents
     opponents: Opponents
     rivals: np.ndarray
+    noises: Sequence[int]
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -110,13 +113,14 @@ class _Agent:
         species, opponents = self._phase.species, self._phase.opponents
         if opponents.draw is not None:
             return self._against_drawn(opponents.draw)
-        if self._reevaluates:
-            return all_pairs(species, self._candidates(), opponents.genomes)
+        noise = self._phase.noises[self.completed]
+        if self._reevaluates or noise != self._phase.noises[-1]:
+            return all_pairs(species, self._candidates(), opponents.genomes, noise)
         left = self._phase.generations - self.completed
         share = max(math.ceil(left * SHARE), min(SHORTEST_SHARE, left))
         mutations = self.optimizer.mutations(min(share, longest_lineage))
         if mutations is None:
-            return all_pairs(species, self._candidates(), opponents.genomes)
+            return all_pairs(species, self._candidates(), opponents.genomes, noise)
         genes, values = zip(*mutations, strict=True)
         return Lineage(
             species,
@@ -126,6 +130,7 @@ class _Agent:
             np.array([len(redrawn) for redrawn in genes], np.uint32),
             np.concatenate(genes).astype(np.uint32),
             np.concatenate(values),
+            noise,
         )
 
     def _candidates(self) -> np.ndarray:
@@ -145,6 +150,7 @@ class _Agent:
             self._phase.opponents.genomes[used],
             candidate,
             opponent.ravel().astype(np.uint32),
+            self._phase.noises[self.completed],
         )
 
     def take(self, capture_ticks: np.ndarray, journal: _Journal) -> None:
