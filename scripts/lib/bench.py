@@ -20,7 +20,7 @@ from bench_worlds import measure_worlds
 
 from coevo_manager.core.environment import make_environment
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
-from coevo_manager.core.evolution import Evolution, load_configuration
+from coevo_manager.core.evolution import Evolution, load_configuration, optimizers
 from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.core.worlds import WORLDS
 from neuro_controller.core.genome import random_genomes
@@ -152,14 +152,23 @@ class Bench:
     def services(self):
         """The algorithm Standard through services, against the kernel on the same episodes."""
         warm_up, phases = (1, 1) if self.quick else (40, 10)
-        measured = measure_loop(2, warm_up, phases, self.runs)
+        self._loop(measure_loop(2, warm_up, phases, self.runs))
+
+    def optimizers(self):
+        """The same with each of the other optimizers, whose generations have many candidates."""
+        warm_up, phases = (0, 1) if self.quick else (2, 2)
+        for name in optimizers.names():
+            if name != 'one_plus_one':
+                self._loop(measure_loop(2, warm_up, phases, self.runs, name), f', {name}')
+
+    def _loop(self, measured, note=''):
+        """Report what `measure_loop` measured."""
         for name, text in (('loop', 'evolve, 2 evaluators'), ('kernel', 'kernel, 2 threads')):
             values = sorted(value / 1e6 for value in measured[name])
-            self.report(f'{text}, the same episodes', values, 'M pair-ticks/s')
-        self.report('evolve : kernel', sorted(measured['ratio']), 'x')
-        self.report(
-            'a generation of evolve', sorted(1e3 * v for v in measured['generation']), 'ms'
-        )
+            self.report(f'{text}, the same episodes{note}', values, 'M pair-ticks/s')
+        self.report(f'evolve : kernel{note}', sorted(measured['ratio']), 'x')
+        generation = sorted(1e3 * value for value in measured['generation'])
+        self.report(f'a generation of evolve{note}', generation, 'ms')
 
     def start(self):
         """Start of a process that plays an episode: everything compiled, and nothing."""
@@ -256,6 +265,7 @@ SECTIONS = {
     'threads': Bench.threads,
     'batch': Bench.batch,
     'services': Bench.services,
+    'optimizers': Bench.optimizers,
     'start': Bench.start,
     'lockstep': Bench.lockstep,
     'worlds': Bench.worlds,

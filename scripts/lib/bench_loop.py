@@ -56,7 +56,11 @@ class _Recorder(LocalEvaluator):
 
 
 def measure_loop(
-    evaluators: int = 2, warm_up: int = 40, phases: int = 10, repeats: int = 3
+    evaluators: int = 2,
+    warm_up: int = 40,
+    phases: int = 10,
+    repeats: int = 3,
+    optimizer: str = 'one_plus_one',
 ) -> dict[str, list[float]]:
     """Compare evolve through services with the kernel alone on the same episodes.
 
@@ -70,6 +74,7 @@ def measure_loop(
         Phases that are timed.
     repeats : int
         How often both are timed, alternately.
+    optimizer : str
 
     Returns
     -------
@@ -78,7 +83,9 @@ def measure_loop(
         ``generation``: wall-clock time of one in the loop, s; ``episode``: mean length, ticks.
     """
     # One phase more, untimed: the first one after a run is resumed.
-    configuration = load_configuration({'phases': warm_up + 1 + phases}, 'paper')
+    configuration = load_configuration(
+        {'phases': warm_up + 1 + phases, 'optimizer': optimizer}, 'paper'
+    )
     environment = configuration.make_environment()
     result: dict[str, list[float]] = {
         name: [] for name in ('loop', 'kernel', 'ratio', 'generation', 'episode')

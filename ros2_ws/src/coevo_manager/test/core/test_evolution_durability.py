@@ -1,6 +1,7 @@
 """Runs that are killed, stopped, damaged or out of space go on as if nothing had happened."""
 
 import contextlib
+import json
 import multiprocessing
 import os
 import random
@@ -310,6 +311,16 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path):
     log = (folder / 'run.log').read_text()
     assert log.count('belongs to a run of another configuration') == 2
     assert 'resumed after phase 1,' in log
+
+
+def test_a_checkpoint_from_before_a_field_was_there_is_of_the_same_run(tmp_path):
+    folder = tmp_path / 'run'
+    configuration = load_configuration(VALUES)
+    stop_after(folder, configuration, 1)
+    before = {k: v for k, v in configuration.as_dict().items() if k != 'fresh_noise'}
+    path = folder / 'checkpoint' / 'phase_000001.npz'
+    resigned(path, configuration=np.array(json.dumps(before)))
+    assert checkpoint.load(path, configuration)[0].phase == 1
 
 
 def test_a_checkpoint_of_another_version_is_named(tmp_path, monkeypatch):
