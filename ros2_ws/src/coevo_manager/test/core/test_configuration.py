@@ -189,3 +189,8 @@ def test_a_wrong_value_is_named(values, message):
 def test_an_unknown_preset_is_named():
     with pytest.raises(ValueError, match="preset is 'slow', expected one of quick, paper"):
         load_configuration({}, 'slow')
+
+
+def test_equal_configurations_are_one_key():
+    exact = load_configuration({'mutation': 'exact'})
+    assert len({exact, load_configuration({'mutation': 'exact'}), load_configuration({})}) == 2

@@ -498,8 +498,8 @@ def test_fresh_noise_is_counted_repeatable_and_other_noise(tmp_path, algorithm, 
 
 
 def test_noise_is_the_pairs_own_unless_another_is_asked_for():
-    environment = configure(world='robust').make_environment()
-    predators, prey = (random_genomes(6, np.random.default_rng(seed)) for seed in (1, 2))
+    environment = configure(world='robust', episode_ticks=1000).make_environment()
+    predators, prey = (random_genomes(8, np.random.default_rng(seed)) for seed in (1, 2))
     stop = threading.Event()
     evaluator = LocalEvaluator(environment)
     usual, one, two = (
