@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 
@@ -30,7 +31,7 @@ def run(*arguments, **changes):
 def test_help_says_how_it_is_used(script, option):
     result = run(script, option)
     assert result.returncode == 0
-    assert f'Usage: scripts/{script.name}' in result.stdout
+    assert re.search(rf'Usage: (source )?scripts/{script.name}', result.stdout)
     assert result.stderr == ''
 
 
