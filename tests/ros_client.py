@@ -1,6 +1,7 @@
 """A node of the test itself, that talks with the processes under test."""
 
 import contextlib
+import gc
 import os
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -26,11 +27,14 @@ class RosClient:
     ----------
     node, executor
         For whatever else a test needs.
+    goal_clients : list of GoalClient
+        To be destroyed with the node.
     """
 
     def __init__(self) -> None:
         self.node = Node('test_client', start_parameter_services=False)
         self.executor = make_executor(self.node)
+        self.goal_clients: list[GoalClient] = []
         self._clients: dict[str, Any] = {}
 
     def until(self, condition: Callable[[], object], what: str, timeout: float = TIMEOUT) -> None:
@@ -85,6 +89,7 @@ class GoalClient(ActionClient):
     def __init__(self, client: RosClient, action_type: Any, name: str) -> None:
         super().__init__(client.node, action_type, name)
         self._client = client
+        client.goal_clients.append(self)
         client.until(self.server_is_ready, f'the action {name}')
 
     def send(self, goal: Any, on_feedback: Callable | None = None) -> ClientGoalHandle:
@@ -124,8 +129,11 @@ def ros_client(env: Mapping[str, str]) -> Iterator[RosClient]:
     try:
         yield client
     finally:
+        for goal_client in client.goal_clients:
+            goal_client.destroy()
         client.executor.shutdown()
         client.node.destroy_node()
         rclpy.try_shutdown()
+        gc.collect()  # what still refers to the node keeps its participant alive
         os.environ.clear()
         os.environ.update(before)

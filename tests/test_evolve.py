@@ -80,7 +80,7 @@ def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, long_files):
     assert re.search(r'evaluator \S+ is late and was ended; its work .* goes to another', log), log
     assert ' joined' in log
     status = json.loads((out / 'status.json').read_text())
-    assert status['phase'] == 120 and status['progress'] == 1
+    assert status['phase'] == 400 and status['progress'] == 1
     assert len(status['evaluators']) == 2
     reasons = [loss['reason'] for loss in status['losses']]
     assert 'ended by SIGKILL' in reasons and 'is late and was ended' in reasons

@@ -335,7 +335,8 @@ def test_charts_draw_hover_and_zoom(page):
 
 def test_every_chart_can_be_drawn(page):
     charts = page.find_elements('css selector', '[data-chart]')
-    assert len(charts) == 15 * 2 - 1 + 2  # no cross-experiment test of a single condition
+    # Of each arena, but no cross-experiment test of a single condition, and the league of all.
+    assert len(charts) == 16 * 2 - 1 + 2 + 1
     for chart in charts:
         page.execute_script(SHOW, chart)
         drawn = until(lambda c=chart: c.find_elements('css selector', '.main-svg'))

@@ -111,6 +111,21 @@ def test_killed_again_and_again(tmp_path):
         assert kills > 1
 
 
+def test_what_a_run_leaves_that_never_began_is_no_hindrance(tmp_path, whole):
+    folder = tmp_path / 'run'
+    for name in ('snapshots', 'checkpoint'):
+        (folder / name).mkdir(parents=True)
+    (folder / 'run.log').touch()
+    (folder / 'run.json.12345678.partial').write_text('{')
+    (folder / 'snapshots' / 'mine').touch()
+    configuration = load_configuration(VALUES)
+    with pytest.raises(RunFolderError, match='is not empty'):
+        Evolution(configuration, evaluator_of(configuration), folder)
+    (folder / 'snapshots' / 'mine').unlink()
+    assert Evolution(configuration, evaluator_of(configuration), folder).run().finished
+    assert {n: c for n, c in contents(folder).items() if 'partial' not in n} == whole
+
+
 @pytest.mark.parametrize('phase', [0, 1, 5])
 def test_a_stopped_run_goes_on(tmp_path, whole, phase):
     stop_after(tmp_path / 'run', load_configuration(VALUES), phase)

@@ -114,8 +114,17 @@ def read_run_json(path: Path) -> dict[str, Any]:
     return content
 
 
+def _never_began(path: Path) -> bool:
+    """Whether this may be of a run that was killed before it had a run.json."""
+    if path.name in _FOLDERS:
+        return path.is_dir() and not any(path.iterdir())
+    return path.name.endswith(TEMPORARY) or (path.name == 'run.log' and not path.stat().st_size)
+
+
 def check_new_folder(path: Path | str) -> None:
     """Check that a run may begin in a folder: it is empty, or can be made.
+
+    What a run leaves that was killed before it had a run.json does not count.
 
     Raises
     ------
@@ -133,7 +142,7 @@ def check_new_folder(path: Path | str) -> None:
             raise RunFolderError(f'cannot make {path}: {held} is not a folder')
         if not os.access(held, os.W_OK | os.X_OK):
             raise RunFolderError(f'cannot write {path}: no permission to write in {held}')
-        if held == path and any(not f.name.endswith(TEMPORARY) for f in path.iterdir()):
+        if held == path and not all(map(_never_began, path.iterdir())):
             raise RunFolderError(f'{path} is not empty; give a new or an empty folder')
     except OSError as error:
         raise RunFolderError(f'cannot use {path}: {error.strerror}') from None
