@@ -1,17 +1,15 @@
 """What scripts/claims does; see there."""
 
 import argparse
-import re
 import sys
 from pathlib import Path
 
 import pandas as pd
+from marked_pages import MarkedPage, markdown
 
 from coevo_manager.analysis.report.tables import write
-from coevo_manager.core.evolution.files import write_whole
 
 BOTH = ('predator', 'prey')
-MARK = '<!-- claims -->\n'
 
 
 class Tables:
@@ -87,12 +85,6 @@ def correlation(row, species):
     """Return a cell that tells of a correlation; a dash where one side never changed."""
     r = row[f'{species}_correlation']
     return '-' if pd.isna(r) else f'{r:+.2f}'
-
-
-def markdown(header, rows):
-    """Return a Markdown table."""
-    lines = [header, ['---'] * len(header), *rows]
-    return ''.join(f'| {" | ".join(line)} |\n' for line in lines)
 
 
 def conditions_table(table):
@@ -208,11 +200,10 @@ def main():
     options = parser.parse_args()
     if not (options.results / 'tables' / 'runs.csv').is_file():
         parser.exit(2, f'claims: {options.results} is no folder that analyze wrote\n')
-    page = options.page.read_text() if options.page.is_file() else ''
-    if page.count(MARK) != 2:
-        parser.exit(
-            2, f'claims: {options.page} has {page.count(MARK)} lines {MARK.strip()}, not 2\n'
-        )
+    try:
+        page = MarkedPage(options.page, 'claims')
+    except ValueError as error:
+        parser.exit(2, f'claims: {error}\n')
     runs = pd.read_csv(options.results / 'tables' / 'runs.csv')
     table = pd.DataFrame(
         {'arena': arena, 'condition': condition}
@@ -220,10 +211,8 @@ def main():
         for arena, condition in runs.groupby(['arena', 'condition'], sort=False).groups
     )
     text = conditions_table(table) + cross_table(options.results)
-    pattern = f'{re.escape(MARK)}.*{re.escape(MARK)}'
-    page = re.sub(pattern, lambda _: f'{MARK}\n{text}\n{MARK}', page, flags=re.DOTALL)
     write(table, options.page.with_suffix('.csv'))
-    write_whole(options.page, page.encode())
+    page.fill(text)
 
 
 if __name__ == '__main__':

@@ -2,12 +2,12 @@
 
 import argparse
 import os
-import re
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from marked_pages import MarkedPage, markdown
 
 from coevo_manager.analysis.figures import draw
 from coevo_manager.analysis.figures.charts import (
@@ -24,11 +24,9 @@ from coevo_manager.analysis.measures.progress import global_gain
 from coevo_manager.analysis.report.tables import write
 from coevo_manager.analysis.runs import read_run
 from coevo_manager.core.episodes import evaluate_matrix
-from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.core.evolution.sessions import read_sessions
 from coevo_manager.core.species import SPECIES
 
-MARK = '<!-- comparison -->\n'
 MOMENTS = 11
 """Snapshots of a run that are compared, at equal distances of ticks."""
 
@@ -162,7 +160,7 @@ def page_text(table, found):
         'condition', 'runs', 'cross-test', 'global progress, predators; prey',
         'retrogression, predators; prey', 'cyclic share', 'exploitability', 'episodes', 'minutes',
     ]  # fmt: skip
-    lines = [header, ['---'] * len(header)]
+    lines = []
     order = table.groupby('condition').cross.mean().sort_values(ascending=False).index
     for name in order:
         part = table[table.condition == name]
@@ -177,13 +175,15 @@ def page_text(table, found):
                 f'{part.seconds.mean() / 60:.1f}',
             ]
         )  # fmt: skip
-    text = ''.join(f'| {" | ".join(line)} |\n' for line in lines)
+    text = markdown(header, lines)
     if len(found):
-        text += (
-            f'\n| against {REFERENCE} | difference in the cross-test | p, Holm |\n|---|---|---|\n'
+        text += '\n' + markdown(
+            [f'against {REFERENCE}', 'difference in the cross-test', 'p, Holm'],
+            [
+                [row.condition, f'{row.difference:+.3f}', f'{row.p_holm:.3f}']
+                for row in found.itertuples()
+            ],
         )
-        for row in found.itertuples():
-            text += f'| {row.condition} | {row.difference:+.3f} | {row.p_holm:.3f} |\n'
     return text
 
 
@@ -228,11 +228,8 @@ def main():
     parser.add_argument('page', type=Path)
     parser.add_argument('runs', type=Path, nargs='+')
     options = parser.parse_args()
-    page = options.page.read_text() if options.page.is_file() else ''
-    if page.count(MARK) != 2:
-        found = page.count(MARK)
-        parser.exit(2, f'comparison: {options.page} has {found} lines {MARK.strip()}, not 2\n')
     try:
+        page = MarkedPage(options.page, 'comparison')
         runs = [Run(folder) for folder in options.runs]
     except ValueError as error:
         parser.exit(2, f'comparison: {error}\n')
@@ -242,9 +239,7 @@ def main():
     write(table, options.page.with_suffix('.csv'))
     draw.draw_all(charts(table, curves), options.page.parent, lambda amount: None)
     text = page_text(table, tests(table))
-    pattern = f'{re.escape(MARK)}.*{re.escape(MARK)}'
-    page = re.sub(pattern, lambda _: f'{MARK}\n{text}\n{MARK}', page, flags=re.DOTALL)
-    write_whole(options.page, page.encode())
+    page.fill(text)
 
 
 if __name__ == '__main__':

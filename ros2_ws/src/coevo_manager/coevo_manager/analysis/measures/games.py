@@ -12,6 +12,8 @@ import dataclasses
 import numpy as np
 from scipy.optimize import linprog, minimize
 
+from coevo_manager.core.evolution.meta_strategy import guarantee
+
 ALPHA = 10.0
 """Selection intensity of `alpha_rank`: a twentieth more fitness makes a takeover e^24 times as
 likely as its reverse, and the rarest takeover is still a float64."""
@@ -59,7 +61,7 @@ def nash_average(fitness: np.ndarray) -> Equilibrium:
     fitness : array_like, shape (n, m)
     """
     fitness = np.asarray(fitness, float)
-    value = _value(fitness)
+    _, value = guarantee(fitness)
     predators = _most_even(fitness, value)
     prey = _most_even(1.0 - fitness.T, 1.0 - value)
     return Equilibrium(value, predators, prey, fitness @ prey - value, value - predators @ fitness)
@@ -160,20 +162,6 @@ def effective_number(probabilities: np.ndarray) -> float:
     """Return how many equally likely choices are as uncertain as these: e to their entropy."""
     used = probabilities[probabilities > 0.0]
     return float(np.exp(-(used * np.log(used)).sum()))
-
-
-def _value(fitness: np.ndarray) -> float:
-    """Return the most that the row player can be sure of."""
-    n, m = fitness.shape
-    found = linprog(
-        np.append(np.zeros(n), -1.0),
-        A_ub=np.hstack((-fitness.T, np.ones((m, 1)))),
-        b_ub=np.zeros(m),
-        A_eq=[np.append(np.ones(n), 0.0)],
-        b_eq=[1.0],
-        bounds=[(0.0, 1.0)] * n + [(None, None)],
-    )
-    return float(-found.fun)
 
 
 def _most_even(fitness: np.ndarray, value: float) -> np.ndarray:

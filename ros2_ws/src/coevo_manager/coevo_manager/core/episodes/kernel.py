@@ -66,7 +66,7 @@ def decide(layout, rows, obstacle, slot, disturbance):
 
 
 @kernel_part
-def _move(rows, obstacle, disturbance):
+def move_robots(rows, obstacle, disturbance):
     """Move the robots of eight episodes; return where the prey was captured, as lane bits."""
     if disturbance is not None:
         return lane_bits(move(rows.bodies, disturbance.rolling, rows.arena, obstacle))
@@ -90,7 +90,7 @@ def add_variation(wheels, complexity):
 def _tick(layout, rows, obstacle, slot, measure, episode_ticks, disturbance):
     """Make a tick of eight episodes; return in which of them it was the last, as lane bits."""
     decide(layout, rows, obstacle, slot, disturbance)
-    captured = _move(rows, obstacle, disturbance)
+    captured = move_robots(rows, obstacle, disturbance)
     if measure:
         add_variation(rows.wheels, rows.complexity)
     return captured | lane_bits(load(rows.memory, TICKS) >= episode_ticks)

@@ -4,11 +4,10 @@ import numba
 import numpy as np
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.episodes.kernel import Rows, begin_numbered, start_robot
+from coevo_manager.core.episodes.kernel import Rows, begin_numbered, move_robots, start_robot
 from coevo_manager.core.episodes.lanes import EpisodeLanes
 from marxbot_sim.core.disturbance import Disturbance, disturb_readings, disturb_wheels
 from marxbot_sim.core.layout import COSINE, SINE, X, Y
-from marxbot_sim.core.motion import move
 from marxbot_sim.core.sensing import sense
 from neuro_controller.core.genome import OUTPUTS
 from neuro_controller.core.network import (
@@ -20,7 +19,7 @@ from neuro_controller.core.network import (
     recall,
     think,
 )
-from simd_lanes import HALF, aligned_rows, compile_kernel, kernel_part, lane_bits
+from simd_lanes import HALF, aligned_rows, compile_kernel, kernel_part
 
 
 @numba.njit
@@ -85,8 +84,7 @@ def _act(layout, rows, actions, driven, first, obstacle, slot, disturbance):
     drive(layout, rows.memory, rows.inputs, rows.settings, rows.history, slot, rows.wheels)
     if disturbance is not None:
         disturb_wheels(disturbance, rows.wheels)
-        return lane_bits(move(rows.bodies, disturbance.rolling, rows.arena, obstacle))
-    return lane_bits(move(rows.bodies, rows.wheels, rows.arena, obstacle))
+    return move_robots(rows, obstacle, disturbance)
 
 
 @numba.njit

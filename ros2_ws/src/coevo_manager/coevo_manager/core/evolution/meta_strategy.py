@@ -10,8 +10,8 @@ REPLICATOR_STEPS = 20_000
 """Steps of the replicator dynamics; its mixture is their mean."""
 
 
-def linear_programming(fitness: np.ndarray) -> np.ndarray:
-    """Return a mixture of rows that guarantees the game's value (von Neumann 1928).
+def guarantee(fitness: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return a mixture of rows that guarantees the game's value, and that (von Neumann 1928).
 
     Parameters
     ----------
@@ -20,8 +20,10 @@ def linear_programming(fitness: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    float64 (n,)
+    mixture : float64 (n,)
         Probabilities.
+    value : float
+        What the mixture gets at least against any column.
     """
     from scipy.optimize import linprog  # here, since it takes long to load
 
@@ -35,7 +37,12 @@ def linear_programming(fitness: np.ndarray) -> np.ndarray:
         bounds=[(0.0, 1.0)] * n + [(None, None)],
     )
     mixture = np.clip(found.x[:n], 0.0, None)
-    return mixture / mixture.sum()
+    return mixture / mixture.sum(), float(-found.fun)
+
+
+def linear_programming(fitness: np.ndarray) -> np.ndarray:
+    """Return the mixture of rows of `guarantee`, float64 (n,)."""
+    return guarantee(fitness)[0]
 
 
 def replicator(fitness: np.ndarray) -> np.ndarray:
@@ -48,7 +55,7 @@ def replicator(fitness: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     fitness : float (n, m)
-        As in `linear_programming`.
+        As in `guarantee`.
 
     Returns
     -------
