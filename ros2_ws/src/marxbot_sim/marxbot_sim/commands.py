@@ -3,8 +3,7 @@
 import numpy as np
 
 from marxbot_sim.core.drive import wheel_speeds
-from marxbot_sim.core.parameters import TICK
-from marxbot_sim.core.simulation import ROBOTS
+from marxbot_sim.core.parameters import ROBOTS, TICK
 from marxbot_sim.interface import command_topic
 
 

@@ -16,9 +16,8 @@ from visualization_msgs.msg import MarkerArray
 
 from marxbot_sensors import MARXBOT
 from marxbot_sim.core.fields import options_of
-from marxbot_sim.core.parameters import PHYSICS, TICK, Arena
+from marxbot_sim.core.parameters import PHYSICS, ROBOTS, TICK, Arena
 from marxbot_sim.core.perturbations import Perturbations
-from marxbot_sim.core.simulation import ROBOTS
 from node_runner import Interface, Parameter, Service, Topic
 
 QUEUE = QoSProfile(depth=100)

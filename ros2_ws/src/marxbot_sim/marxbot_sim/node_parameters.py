@@ -3,9 +3,8 @@
 from rcl_interfaces.msg import SetParametersResult
 
 from marxbot_sim.core.fields import options_of
-from marxbot_sim.core.parameters import Arena
+from marxbot_sim.core.parameters import ROBOTS, Arena
 from marxbot_sim.core.perturbations import Perturbations
-from marxbot_sim.core.simulation import ROBOTS
 from marxbot_sim.interface import SIMULATOR
 
 _GROUPS = {'arena': Arena, 'perturbations': Perturbations}

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from marxbot_sim.commands import Commands
-from marxbot_sim.core.parameters import TICK, Arena
-from marxbot_sim.core.simulation import ROBOTS, Simulation
+from marxbot_sim.core.parameters import ROBOTS, TICK, Arena
+from marxbot_sim.core.simulation import Simulation
 from marxbot_sim.interface import ARENA, SERVICES, SIMULATOR
 from marxbot_sim.markers import ArenaMarkers
 from marxbot_sim.monitor import Monitor

@@ -111,6 +111,18 @@ class Arm:
             ]
         )
 
+    def at(self, messages, tick):
+        """The newest message that tells of this tick, when it has come.
+
+        A start may have been told of twice: a reset whose answer is late is asked for again.
+        """
+
+        def told():
+            return next((m for m in reversed(messages) if _tick(m) == tick), None)
+
+        self.client.until(told, f'a message of tick {tick}')
+        return told()
+
     def complete(self, ticks):
         return all(
             len({_tick(message) for message in messages}) >= ticks
@@ -121,7 +133,8 @@ class Arm:
 
 def _tick(message):
     """The tick that a message tells of; after a second without an answer it comes again."""
-    stamp = message.header.stamp
+    headed = message.markers[0] if isinstance(message, MarkerArray) else message
+    stamp = headed.header.stamp
     return round(stamp.sec * 10 + stamp.nanosec * 1e-8) - 1
 
 
@@ -146,9 +159,8 @@ def test_lockstep_is_the_world_bit_for_bit(lockstep, client):
             stamp = next(scan.header.stamp for scan in scans if _tick(scan) == tick)
             lockstep.send(number, wheels[number], stamp)
         assert not world.step(wheels)
-        client.until(lambda tick=tick: len(lockstep.truth[1]) > tick + 1, f'the truth of {tick}')
         for number in range(2):
-            truth = lockstep.truth[number][tick + 1]
+            truth = lockstep.at(lockstep.truth[number], tick + 1)
             assert pose(truth).tobytes() == world.poses[number].tobytes()
     client.until(lambda: lockstep.states[-1].tick == ticks, 'the last tick')
     assert lockstep.states[-1].paused and not lockstep.states[-1].ended
@@ -205,16 +217,17 @@ def test_markers_and_joints_follow_the_robots(lockstep, client):
     client.until(lambda: lockstep.complete(1), 'readings')
     for number in range(2):
         lockstep.send(number, (2.0, 4.0), lockstep.readings[number][0][0].header.stamp)
-    client.until(lambda: markers and joints and odometry, 'markers, joints and odometry')
-    assert joints[0].position.tolist() == pytest.approx([0.2, 0.4])
-    moved = odometry[0].pose.pose.position
-    assert odometry[0].header.frame_id == 'prey/odom'
-    assert moved.x == pytest.approx(0.027 * 3 * 0.1, rel=1e-3)  # from 0, though it stood at 0.5
-    by_name = {(m.ns, m.id): m for m in markers[0].markers}
+    joint, moved = lockstep.at(joints, 1), lockstep.at(odometry, 1)
+    assert joint.position.tolist() == pytest.approx([0.2, 0.4])
+    assert moved.header.frame_id == 'prey/odom'
+    # from 0, though it stood at 0.5
+    assert moved.pose.pose.position.x == pytest.approx(0.027 * 3 * 0.1, rel=1e-3)
+    by_name = {(m.ns, m.id): m for m in lockstep.at(markers, 1).markers}
     assert {ns for ns, _ in by_name} == {'arena', 'predator', 'prey'}
     ring = by_name['prey', 21]
     assert (ring.color.r, ring.color.g) == (0, 1)
-    assert ring.pose.position.x == lockstep.truth[1][1].pose.pose.position.x
+    truth = lockstep.at(lockstep.truth[1], 1)
+    assert ring.pose.position.x == truth.pose.pose.position.x
     rays, sectors = by_name['prey', 23], by_name['prey', 24]
     assert len(rays.points) == len(rays.colors) == 48
     assert len(sectors.points) == len(sectors.colors) and len(sectors.points) % 24 == 0
@@ -233,7 +246,7 @@ def test_lockstep_ignores_what_does_not_answer_the_present_readings(lockstep, cl
         lockstep.send(number, (1.0, 1.0), stamp)
         lockstep.send(number, (5.0, 5.0), stamp)  # a second answer
     client.until(lambda: lockstep.states[-1].tick and lockstep.complete(2), 'the tick')
-    assert lockstep.truth[0][1].twist.twist.linear.x == pytest.approx(0.027)
+    assert lockstep.at(lockstep.truth[0], 1).twist.twist.linear.x == pytest.approx(0.027)
     assert lockstep.states[-1].tick == 1
 
 
@@ -261,9 +274,9 @@ def test_services_refuse_what_makes_no_sense_and_change_nothing(lockstep, client
     lockstep.call(SetBool, 'pause', data=True)
     assert lockstep.states[-1].episode == episode
     assert placed(-0.7, 0.3, 1.0).success
-    client.until(lambda: lockstep.states[-1].episode == episode + 1, 'the new episode')
-    client.until(lambda: len(lockstep.truth[0]) > 1, 'the new poses')
-    assert pose(lockstep.truth[0][-1]) == pytest.approx([-0.7, 0.3, 1.0])
+    client.until(lambda: lockstep.states[-1].episode > episode, 'the new episode')
+    new = pytest.approx([-0.7, 0.3, 1.0])
+    client.until(lambda: pose(lockstep.truth[0][-1]) == new, 'the new poses')
 
 
 def test_the_obstacle_comes_and_goes_between_episodes(lockstep, client):

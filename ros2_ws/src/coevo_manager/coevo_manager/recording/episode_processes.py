@@ -14,7 +14,7 @@ from rclpy.parameter import Parameter
 from std_srvs.srv import SetBool, Trigger
 
 from coevo_manager.core.episodes.numbering import episode_numbers
-from marxbot_sim.core.simulation import ROBOTS
+from marxbot_sim.core.parameters import ROBOTS
 from node_runner import ask, make_executor, new_number, wait_until
 from node_runner.children import Children
 

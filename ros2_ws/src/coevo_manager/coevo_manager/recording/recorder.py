@@ -7,8 +7,7 @@ from rclpy.serialization import deserialize_message
 
 from coevo_manager.recording.message_types import message_class, stamp_reader
 from marxbot_sensors import MARXBOT
-from marxbot_sim.core.parameters import TICK
-from marxbot_sim.core.simulation import ROBOTS
+from marxbot_sim.core.parameters import ROBOTS, TICK
 
 
 def _of_robots(*names):

@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from marxbot_sensors import CAMERA, INFRARED
 from marxbot_sim.core.fields import check_fields, described
 
+ROBOTS = ('predator', 'prey')
+"""Names of the robots, in the order of every axis that stands for them."""
+
 BODY_RADIUS = 0.085
 """Radius of the body, m (paper A1: diameter 17 cm)."""
 

@@ -5,12 +5,9 @@ import numpy as np
 from marxbot_sim.core.disturbance import PerturbedRobots
 from marxbot_sim.core.layout import CONTACT
 from marxbot_sim.core.odometry import Odometry
-from marxbot_sim.core.parameters import PREY_WHEEL_SPEED, Arena
+from marxbot_sim.core.parameters import PREY_WHEEL_SPEED, ROBOTS, Arena
 from marxbot_sim.core.perturbations import PERFECT
 from marxbot_sim.core.physics import make_world
-
-ROBOTS = ('predator', 'prey')
-"""Names of the robots, in the order of every axis that stands for them."""
 
 CONTACT_FORCE = 1.0
 """Force that stands for a contact in kinematic physics, N."""

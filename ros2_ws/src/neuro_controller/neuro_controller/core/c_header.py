@@ -6,7 +6,6 @@ import textwrap
 import numpy as np
 
 from marxbot_sensors import CAMERA, GROUND, MARXBOT
-from neuro_controller.core.controller import settings_column
 from neuro_controller.core.drive import WHEEL_RADIUS, WHEEL_SEPARATION
 from neuro_controller.core.genome import OUTPUTS, Layout, check_genomes, weights_of
 from neuro_controller.core.network import (
@@ -14,22 +13,25 @@ from neuro_controller.core.network import (
     CAMERA_MEAN,
     CAMERA_READINGS,
     CONTACT,
-    DRIVE_OFFSET,
-    DRIVE_SCALE,
     FATIGUE_TICKS,
-    GROUND_GAIN,
     GROUND_INPUTS,
     GROUND_MEAN,
-    GROUND_MEAN_SHARE,
-    GROUND_OFFSET,
     GROUND_READINGS,
     GROUP,
     INFRARED_GROUPS,
     INFRARED_RANGE,
+    TOUCH_READING,
+)
+from neuro_controller.core.settings import (
+    DRIVE_OFFSET,
+    DRIVE_SCALE,
+    GROUND_GAIN,
+    GROUND_MEAN_SHARE,
+    GROUND_OFFSET,
     LEAST_FACTOR,
     PER_EPISODE,
     PER_MAX_SPEED,
-    TOUCH_READING,
+    settings_column,
 )
 
 _TEMPLATE = """\

@@ -1,36 +1,18 @@
 """One robot's controller, stepped from Python by the kernel that the headless batch runs."""
 
-import math
-
 import numpy as np
 
 from marxbot_sensors import MARXBOT
 from neuro_controller.core.genome import OUTPUTS, Layout, check_genomes, weights_of
 from neuro_controller.core.network import (
-    DRIVE_OFFSET,
-    DRIVE_SCALE,
     FATIGUE_TICKS,
-    GROUND_GAIN,
-    GROUND_MEAN_SHARE,
-    GROUND_OFFSET,
-    LEAST_FACTOR,
-    MAX_SPEED,
     MOTORS,
-    PER_EPISODE,
-    PER_MAX_SPEED,
-    SETTING_ROWS,
     STATE,
     control,
     memory_rows,
     recall,
 )
-from neuro_controller.core.settings import (
-    GROUND_CODINGS,
-    INFRARED_RESPONSES,
-    MAX_WHEEL_SPEED,
-    MIN_WHEEL_SPEED,
-    MOTOR_MAPS,
-)
+from neuro_controller.core.settings import SETTING_ROWS, settings_column
 from simd_lanes import aligned_rows, compile_kernel
 
 
@@ -42,47 +24,6 @@ def _recall(layout, weights, memory):
 @compile_kernel
 def _control(layout, readings, weights, settings, memory, history, slot, inputs, wheels):
     control(layout, readings, weights, settings, memory, history, slot, inputs, wheels)
-
-
-def _look_up(name, value, known):
-    if value not in known:
-        raise ValueError(f'{name} is {value!r}, expected one of {", ".join(known)}')
-    return known[value]
-
-
-def settings_column(
-    max_wheel_speed,
-    motor_map='signed',
-    episode_ticks=1000,
-    infrared_response='squared',
-    ground_coding='relative',
-):
-    """Return one robot's column of the `settings` array, float32 of shape (SETTING_ROWS,).
-
-    Raises
-    ------
-    ValueError
-        If a value is out of its range, in one sentence.
-    """
-    if not MIN_WHEEL_SPEED <= max_wheel_speed <= MAX_WHEEL_SPEED:
-        raise ValueError(
-            f'max_wheel_speed is {max_wheel_speed}, '
-            f'expected rad/s from {MIN_WHEEL_SPEED:g} to {MAX_WHEEL_SPEED:g}'
-        )
-    if not 1 <= episode_ticks < math.inf:
-        raise ValueError(
-            f'episode_ticks is {episode_ticks}, expected a number of ticks of at least 1'
-        )
-    column = np.empty(SETTING_ROWS, dtype=np.float32)
-    column[MAX_SPEED] = max_wheel_speed
-    column[PER_MAX_SPEED] = 1.0 / max_wheel_speed
-    column[PER_EPISODE] = 1.0 / episode_ticks
-    column[DRIVE_SCALE], column[DRIVE_OFFSET] = _look_up('motor_map', motor_map, MOTOR_MAPS)
-    column[LEAST_FACTOR] = _look_up('infrared_response', infrared_response, INFRARED_RESPONSES)
-    column[GROUND_GAIN], column[GROUND_MEAN_SHARE], column[GROUND_OFFSET] = _look_up(
-        'ground_coding', ground_coding, GROUND_CODINGS
-    )
-    return column
 
 
 class Controller:

@@ -9,7 +9,7 @@ Rows of the arrays, each float32 of shape (rows, 16):
   the hidden neurons, and the recurrent input of each in the next tick (that of the first tick,
   with hidden neurons at 0, is the biases);
 * `history`: the speeds of the last 200 ticks, those before the start being ignored;
-* `settings`: what differs between robots and episodes, see `controller.settings_rows`.
+* `settings`: what differs between robots and episodes, see `settings.settings_column`.
 
 Every kernel is compiled for a `genome.Layout`, whose sizes and offsets are constants to it.
 """
@@ -19,6 +19,17 @@ import numba
 import marxbot_sensors as sensors
 from marxbot_sensors import MARXBOT
 from neuro_controller.core.genome import OUTPUTS, Layout
+from neuro_controller.core.settings import (
+    DRIVE_OFFSET,
+    DRIVE_SCALE,
+    GROUND_GAIN,
+    GROUND_MEAN_SHARE,
+    GROUND_OFFSET,
+    LEAST_FACTOR,
+    MAX_SPEED,
+    PER_EPISODE,
+    PER_MAX_SPEED,
+)
 from simd_lanes import (
     absolute,
     compile_for,
@@ -75,19 +86,6 @@ def memory_rows(layout):
 
 FATIGUE_TICKS = 200
 """Length of the fatigue window: 20 s (paper eq. 1)."""
-
-(
-    MAX_SPEED,
-    PER_MAX_SPEED,
-    PER_EPISODE,
-    DRIVE_SCALE,
-    DRIVE_OFFSET,
-    LEAST_FACTOR,
-    GROUND_GAIN,
-    GROUND_MEAN_SHARE,
-    GROUND_OFFSET,
-) = range(9)
-SETTING_ROWS = 9
 
 LEFT, RIGHT = range(2)
 

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
-from neuro_controller.core.controller import settings_column
 from neuro_controller.core.genome import HIDDEN, Layout
 from neuro_controller.core.reading import parse_json, read_arrays, read_text, reading
-from neuro_controller.core.settings import FIRST_RUNS
+from neuro_controller.core.settings import FIRST_RUNS, settings_column
 
 PREDATOR_SPEEDS = {'open': 8.5, 'obstacle': 10.0}
 """Highest wheel speed of predators, rad/s, in runs that left it to the paper (A1, section 5)."""

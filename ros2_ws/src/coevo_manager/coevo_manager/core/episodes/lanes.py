@@ -8,8 +8,8 @@ from marxbot_sim.core.disturbance import make_disturbance
 from marxbot_sim.core.layout import WHEEL_ROWS
 from marxbot_sim.core.starts import make_starts
 from marxbot_sim.core.world import arena_rows, start_bodies
-from neuro_controller.core.controller import settings_column
-from neuro_controller.core.network import FATIGUE_TICKS, SETTING_ROWS, memory_rows
+from neuro_controller.core.network import FATIGUE_TICKS, memory_rows
+from neuro_controller.core.settings import SETTING_ROWS, settings_column
 from simd_lanes import HALF, aligned_rows
 
 
