@@ -11,6 +11,9 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+PATIENCE = 120.0
+"""How long anything may take, s; a limit for what hangs, also where the machine is very busy."""
+
 END_TIMEOUT = 10.0
 """How long a process may take to end after SIGTERM before it is killed, s."""
 
@@ -80,7 +83,11 @@ class Process(subprocess.Popen):
         """What it printed on stderr so far."""
         return self.stderr_path.read_text(errors='replace')
 
-    def wait_for_output(self, text: str, timeout: float = 30.0) -> None:
+    def wait(self, timeout: float | None = PATIENCE) -> int:
+        """Wait for its end and return its exit code; subprocess.TimeoutExpired if it has none."""
+        return super().wait(timeout)
+
+    def wait_for_output(self, text: str, timeout: float = PATIENCE) -> None:
         """Wait until it printed `text` on stdout or stderr; fails when it ends without it."""
         wait_until(
             lambda: text in self.stdout_text + self.stderr_text or self.poll() is not None,
@@ -107,7 +114,7 @@ class Process(subprocess.Popen):
         return self.returncode
 
 
-def wait_until(condition: Callable[[], object], what: str, timeout: float = 10.0) -> None:
+def wait_until(condition: Callable[[], object], what: str, timeout: float = PATIENCE) -> None:
     """Wait for a condition, polled each 20 ms; AssertionError naming `what` after `timeout` s."""
     deadline = time.monotonic() + timeout
     while not condition():

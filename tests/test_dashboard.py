@@ -71,7 +71,7 @@ def fits(page, width, scheme):
 def test_a_run_is_watched_until_it_is_killed(start, page, tmp_path):
     out = tmp_path / 'runs' / 'mine'
     run = start(['coevo_manager', 'evolve', *ENDLESS, '--evaluators', '2', '--out', out])
-    wait_until(lambda: phases_completed(out) >= 2, 'two phases', 120)
+    wait_until(lambda: phases_completed(out) >= 2, 'two phases')
     watcher = start(['coevo_manager', 'dashboard', tmp_path / 'runs'])
     page.get(address_of(watcher))
     assert until(lambda: state(page, 'mine')) == RUNNING
@@ -136,9 +136,9 @@ def test_evolve_starts_a_dashboard_and_needs_none(start, tmp_path):
     (child,) = [c for c in children if 'coevo_manager.dashboard.command' in c.cmdline()]
     child.kill()
     done = phases_completed(out)
-    wait_until(lambda: phases_completed(out) > done, 'a phase without the dashboard', 60)
+    wait_until(lambda: phases_completed(out) > done, 'a phase without the dashboard')
     run.send_signal(signal.SIGINT)
-    assert run.wait(30) == 130
+    assert run.wait() == 130
 
 
 @pytest.mark.timeout(600)
@@ -181,7 +181,7 @@ def test_robots_are_watched_and_ordered(start, page, tmp_path):
     assert until(problem.is_displayed) and 'predator' in problem.text
     Select(page.find_element('id', 'swap-species')).select_by_visible_text('prey')
     click(page, page.find_element('id', 'swap-go'))
-    demo.wait_for_output('[prey.controller]: new network', 60)
+    demo.wait_for_output('[prey.controller]: new network')
     assert until(lambda: not problem.is_displayed())
 
 

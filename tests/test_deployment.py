@@ -23,7 +23,7 @@ def test_the_standin_shares_no_code_with_the_simulator():
 def test_a_champion_catches_prey_that_stand_before_strange_robots(start, tmp_path):
     genome = tmp_path / 'predator.yaml'
     export = ['coevo_manager', 'export', 'shipped/open', '--species', 'predator', '--yaml', genome]
-    assert start(export).wait(60) == 0
+    assert start(export).wait() == 0
     runner = [str(ROOT / 'scripts' / 'ros2'), 'launch', 'neuro_controller', 'hardware.launch.xml']
     robots = []
     for name, turn in (('left', '1'), ('right', '-1')):
@@ -31,4 +31,4 @@ def test_a_champion_catches_prey_that_stand_before_strange_robots(start, tmp_pat
         robots.append(start([sys.executable, STANDIN, '7', turn, *namespace]))
         start([*runner, f'robot:={name}', f'genome:={genome}', 'autostart:=true'])
     for robot in robots:
-        wait_until(lambda r=robot: 'caught after' in r.stdout_text, 'the capture', 80)
+        wait_until(lambda r=robot: 'caught after' in r.stdout_text, 'the capture')

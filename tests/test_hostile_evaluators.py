@@ -69,7 +69,7 @@ def start_hostile(start):
             for name, lie in lies.items()
         ]
         for process in started:
-            process.wait_for_output('ready on', 90)
+            process.wait_for_output('ready on')
         return started
 
     return start_all
@@ -88,7 +88,7 @@ def test_who_answers_badly_is_refused_and_changes_nothing(start, start_hostile, 
             f'the refusal of the {name} one',
             120,
         )
-    run.wait_for_output('no evaluator is left', 60)
+    run.wait_for_output('no evaluator is left')
     start(['coevo_manager', 'evaluator', '--ros-args', '-r', '__ns:=/honest'])
     assert run.wait(150) == 0, run.stderr_text
     assert all(liar.poll() is None for liar in liars)
@@ -112,7 +112,7 @@ def test_a_liar_beside_own_evaluators_gets_no_further(start, start_hostile, tmp_
 def test_an_evaluator_that_is_stopped_while_it_starts_holds_up_nobody(start, tmp_path, toy):
     out = tmp_path / 'run'
     run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '2', '--out', out])
-    wait_until(lambda: evaluators_of(run.pid), 'the first evaluator', 30)
+    wait_until(lambda: evaluators_of(run.pid), 'the first evaluator')
     (first,) = evaluators_of(run.pid)
     first.send_signal(signal.SIGSTOP)
     other = start(['coevo_manager', 'evolve', *TOY, '--out', tmp_path / 'other'])
@@ -125,8 +125,8 @@ def test_an_evaluator_that_is_stopped_while_it_starts_holds_up_nobody(start, tmp
 
 def test_evaluators_end_with_a_killed_run_even_if_they_are_stopped(start, tmp_path):
     run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '1', '--out', tmp_path / 'run'])
-    wait_until(lambda: evaluators_of(run.pid), 'the first evaluator', 30)
+    wait_until(lambda: evaluators_of(run.pid), 'the first evaluator')
     (first,) = evaluators_of(run.pid)
     first.send_signal(signal.SIGSTOP)
     run.kill()
-    wait_until(lambda: not first.is_running(), 'the end of the evaluator', 20)
+    wait_until(lambda: not first.is_running(), 'the end of the evaluator')

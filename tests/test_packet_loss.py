@@ -51,7 +51,7 @@ def loss(tmp_path_factory):
 
 
 def test_goals_are_accepted_and_answered(start, loss):
-    start(['coevo_manager', 'episodes'], loss).wait_for_output('ready on', 60)
+    start(['coevo_manager', 'episodes'], loss).wait_for_output('ready on')
     client = start([sys.executable, '-c', CLIENT, '5'], loss)
     assert client.wait(200) == 0, client.stderr_text
     assert client.stdout_text.splitlines()[-1].startswith('5 of 5 goals')

@@ -342,7 +342,7 @@ def test_the_genome_server_feeds_a_controller(starter, client, tmp_path):
     check_drives(other, GENOMES[1], ticks=3, **evolved)
     process.send_signal(signal.SIGTERM)  # while active: it stops the robot before it ends
     wait_for_stop(other)
-    assert process.wait(10) == 0
+    assert process.wait() == 0
 
 
 @pytest.mark.parametrize(

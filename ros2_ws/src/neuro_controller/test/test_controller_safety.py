@@ -43,7 +43,7 @@ class Robot:
         arguments = ['-r', f'__ns:={namespace}', '--params-file', file]
         arguments += [part for option in options for part in ('-p', option)]
         self.process = starter(['neuro_controller', 'controller', '--ros-args', *arguments])
-        self.process.wait_for_output('active', 60)
+        self.process.wait_for_output('active')
         self.commands = client.listen(TwistStamped, f'{namespace}/cmd_vel')
         self.reports = client.listen(DiagnosticArray, '/diagnostics')
         self.publishers = {
@@ -200,7 +200,7 @@ def test_a_champion_that_is_no_genome_is_told_and_the_node_lives(starter, client
     arguments = ['-r', f'__ns:={namespace}']
     arguments += [part for option in options for part in ('-p', option)]
     process = starter(['neuro_controller', 'controller', '--ros-args', *arguments])
-    process.wait_for_output(f"'a' of {namespace}/holder is", 60)
+    process.wait_for_output(f"'a' of {namespace}/holder is")
     assert 'expected a genome' in process.stderr_text
     state = client.call(GetState, f'{namespace}/controller/get_state').current_state
     assert state.label == 'unconfigured'

@@ -44,13 +44,13 @@ def program(body):
 )
 def test_exit_codes_and_sentences(start, body, code, sentence):
     process = start(program(body))
-    assert process.wait(30) == code
+    assert process.wait() == code
     assert process.stderr_text.strip() == sentence
 
 
 def test_bad_ros_arguments_are_refused_in_one_sentence(start):
     process = start([*program('return 0'), '--ros-args', '--nonsense'])
-    assert process.wait(30) == 2
+    assert process.wait() == 2
     (line,) = process.stderr_text.splitlines()
     assert '--nonsense' in line
 
@@ -61,7 +61,7 @@ def test_a_signal_ends_a_wait_with_exit_code_0(start, number):
     process = start(program(body))
     process.wait_for_output('up')
     process.send_signal(number)
-    assert process.wait(10) == 0
+    assert process.wait() == 0
     assert process.stderr_text == ''
 
 
@@ -72,7 +72,7 @@ def test_children_end_with_a_killed_parent(start):
     )
     process = start(program(body))
     parent = psutil.Process(process.pid)
-    wait_until(parent.children, 'the child', 30)
+    wait_until(parent.children, 'the child')
     (child,) = parent.children()
     process.kill()
     wait_until(
@@ -99,8 +99,8 @@ def test_no_child_outlives_a_parent_that_is_killed_while_it_starts_them(start):
     for number in range(10):
         seconds = f'{300 + number}.{os.getpid()}'
         parent = start([sys.executable, '-c', PARENT, seconds])
-        assert parent.wait(30) == -signal.SIGKILL
-        wait_until(lambda seconds=seconds: not _living('sleep', seconds), 'the end of all', 10)
+        assert parent.wait() == -signal.SIGKILL
+        wait_until(lambda seconds=seconds: not _living('sleep', seconds), 'the end of all')
 
 
 def test_a_stopped_child_ends_with_its_killed_parent(start):
@@ -113,7 +113,7 @@ def test_a_stopped_child_ends_with_its_killed_parent(start):
     (child,) = _living('sleep', seconds)
     child.send_signal(signal.SIGSTOP)
     parent.kill()
-    wait_until(lambda: not _living('sleep', seconds), 'its end', 10)
+    wait_until(lambda: not _living('sleep', seconds), 'its end')
 
 
 def test_stopped_children_are_ended_and_obstinate_ones_killed():

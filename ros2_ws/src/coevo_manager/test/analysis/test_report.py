@@ -6,6 +6,7 @@ import shutil
 import zlib
 from types import SimpleNamespace
 
+import claims
 import numpy as np
 import pandas as pd
 import pytest
@@ -114,6 +115,24 @@ def test_the_tournament_is_told_as_a_game(runs, out):
     page = (out / 'report.html').read_text()
     assert page.count('Nash averaging puts weight on the last quarter of the run: predators') == 3
     assert (out / 'figures' / 'games_open_arena.svg').exists()
+
+
+def test_claims_are_those_of_the_tables(out, tmp_path, monkeypatch):
+    page = tmp_path / 'page.md'
+    page.write_text('<!-- claims -->\n<!-- claims -->\n')
+    arguments = ['claims', str(out), str(page), '--early', '10']
+    monkeypatch.setattr('sys.argv', arguments)
+    claims.main()
+    found = pd.read_csv(tmp_path / 'page.csv').set_index(['arena', 'condition'])
+    standard = found.loc['open arena', 'Standard']
+    cells = table(out, 'master_tournament')
+    cells = cells[(cells.arena == 'open arena') & (cells.condition == 'Standard')]
+    mean = cells.groupby(['predator_generation', 'prey_generation']).predator_fitness.mean()
+    assert standard.contemporaries == pytest.approx(mean[40, 40], abs=1e-4)
+    assert standard.late_predators_early_prey == pytest.approx(mean[40, 10], abs=1e-4)
+    assert standard.early_predators_late_prey == pytest.approx(mean[10, 40], abs=1e-4)
+    assert (standard.seeds, standard.generations) == (3, 40)
+    assert f'| {mean[40, 40]:.2f} |' in page.read_text()
 
 
 def test_the_league_is_of_the_matches_between_conditions(out):

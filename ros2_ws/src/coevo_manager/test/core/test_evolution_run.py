@@ -332,7 +332,7 @@ def test_a_stop_ends_the_wait_for_evaluators_that_do_not_answer(tmp_path):
     outcomes = []
     thread = threading.Thread(target=lambda: outcomes.append(evolution.run()))
     thread.start()
-    assert asked.wait(10)
+    assert asked.wait(120)
     evolution.stop()
     thread.join(10)
     assert [outcome.finished for outcome in outcomes] == [False]

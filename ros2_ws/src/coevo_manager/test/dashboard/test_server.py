@@ -55,7 +55,7 @@ def serving(folders, robots=None, hosts=('127.0.0.1',), token=''):
         return response.status, response.headers, response.read()
 
     try:
-        wait_until(lambda: server.started, 'the server', 30)
+        wait_until(lambda: server.started, 'the server')
         yield ask
     finally:
         server.should_exit = True
