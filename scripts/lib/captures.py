@@ -27,7 +27,6 @@ MEETINGS = {
     'early predators, late prey': (0, 1),
     'late predators, late prey': (1, 1),
 }
-SHARES = ('caught', 'at_wall', 'away', 'from_behind', 'prey_backward', 'predator_backward', 'walls')
 COLUMNS = {
     'caught': 'caught',
     'seconds': 'after, s (median)',
@@ -102,9 +101,9 @@ def cell(name, value):
     """Return a number as text."""
     if np.isnan(value):
         return ''
-    if name in SHARES:
-        return f'{value:.0%}'
-    return f'{value:.1f}' if name == 'seconds' else f'{value:.2f}'
+    if name in ('prey_speed', 'predator_speed'):
+        return f'{value:.2f}'
+    return f'{value:.1f}' if name == 'seconds' else f'{value:.0%}'
 
 
 def main():
@@ -127,7 +126,8 @@ def main():
                 for meeting, row in table.iterrows()
             ]
             seeds = f'{len(members)} {"seed" if len(members) == 1 else "seeds"}'
-            text += f'{condition.name}, {condition.arena}, {seeds}:\n\n{markdown(["who meets", *COLUMNS.values()], rows)}\n'
+            text += f'{condition.name}, {condition.arena}, {seeds}:\n\n'
+            text += markdown(['who meets', *COLUMNS.values()], rows) + '\n'
         page.fill(text)
     except (ValueError, OSError) as error:
         print(f'captures: {error}', file=sys.stderr)
