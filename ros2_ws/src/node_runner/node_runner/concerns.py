@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import cast
 
 import yaml
@@ -14,6 +12,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from node_runner.interface import type_name
+from node_runner.start import parameter_files
 
 PERIOD = 1.0
 """Time between two looks around, s (real time)."""
@@ -74,10 +73,8 @@ def _unknown_parameters(node: Node) -> Iterator[str]:
 def _foreign_files(node: Node, command_line: Sequence[str]) -> Iterator[str]:
     """Name the parameter files that hold nothing for this node."""
     full_name = node.get_fully_qualified_name()
-    for option, file in itertools.pairwise(command_line):
-        if option != '--params-file':
-            continue
-        content = yaml.safe_load(Path(file).read_text(encoding='utf-8'))  # rcl has read it before
+    for file in parameter_files(command_line):
+        content = yaml.safe_load(file.read_text(encoding='utf-8'))  # rcl has read it before
         names = list(_node_names(content, ''))
         if not any(_pattern(name).fullmatch(full_name) for name in names):
             found = ', '.join(names) or 'no node'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -26,6 +27,13 @@ def start_ros(command_line: Sequence[str]) -> None:
         rclpy.init(args=list(command_line), signal_handler_options=SignalHandlerOptions.NO)
 
 
+def parameter_files(command_line: Sequence[str]) -> Iterator[Path]:
+    """Yield what a command line gives as ``--params-file``."""
+    for option, file in itertools.pairwise(command_line):
+        if option == '--params-file':
+            yield Path(file)
+
+
 def complain(command_line: Sequence[str], error: object) -> None:
     """Print on stderr what went wrong, after the name of the program."""
     print(f'{Path(command_line[0]).stem}: {error}', file=sys.stderr)
@@ -33,6 +41,10 @@ def complain(command_line: Sequence[str], error: object) -> None:
 
 @contextlib.contextmanager
 def _refusing(command_line: Sequence[str]) -> Iterator[None]:
+    for file in parameter_files(command_line):
+        if not file.is_file():  # rcl would wait for a named pipe
+            complain(command_line, f'parameter file {file} is no file, expected one of YAML')
+            sys.exit(2)
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say the same in lines of its own
     try:
         yield

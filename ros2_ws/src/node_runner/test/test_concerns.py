@@ -1,5 +1,6 @@
 """What a node says of its surroundings, and of itself with ``--help``."""
 
+import os
 import sys
 
 import pytest
@@ -72,6 +73,17 @@ def test_a_parameter_file_for_other_nodes_is_told(concerned, tmp_path, name, our
     process.wait_for_output('up')
     sentence = f'parameter file {file} names {name}, and not this node, /ns/concerned'
     assert (sentence in process.stderr_text) != ours
+
+
+@pytest.mark.parametrize('make', [os.mkfifo, os.mkdir, str])
+def test_what_is_no_parameter_file_is_refused(concerned, tmp_path, make):
+    file = tmp_path / 'parameters.yaml'
+    make(file)
+    process = concerned(*ros('--params-file', file))
+    assert process.wait() == 2
+    sentence = f': parameter file {file} is no file, expected one of YAML'
+    assert process.stderr_text.rstrip().endswith(sentence)
+    assert len(process.stderr_text.splitlines()) == 1
 
 
 def test_another_type_on_a_topic_is_told(concerned, ros_env):
