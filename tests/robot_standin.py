@@ -2,8 +2,8 @@
 
 It shares no code with marxbot_sim. Its body lags behind its commands, its wheels slip, it senses
 at other rates than 10 Hz, late, jittering and noisily, loses messages, and has a watchdog of its
-own. A prey stands still somewhere before it, in a walled square. When the robot
-touches it, it says so and ends.
+own. A prey stands still somewhere before it, in a walled square. When the robot touches
+the prey, the robot says so and ends.
 
 Usage: robot_standin.py SEED [TURN]     TURN 1: the prey stands to the left instead of to the right
 """

@@ -34,8 +34,8 @@ def reciprocal(x):
 def logistic(x):
     """Return 1/(1 + exp(-x)), within 3e-7 absolute; beyond +-30 it is the value there.
 
-    exp(-x) = 2**k 2**f, k integer and f in [-1/2, 1/2], with 2**f a polynomial of
-    least maximal relative error.
+    exp(-x) = 2**k 2**f, k integer and f in [-1/2, 1/2], with 2**f a polynomial of least
+    maximal relative error.
     """
     x = minimum(maximum(x, -30.0), 30.0)
     shifted = fma(x, -_LOG2_E, _INTEGER_SHIFT)

@@ -31,8 +31,7 @@ class BagWriter:
     """A bag that appears under its name when it is complete, and not before.
 
     Messages are filed under simulated time: that of their stamp, or, where they have none, that of
-    the message before.
-    To be used as a context manager; an exception leaves no bag.
+    the message before. It is used as a context manager; an exception leaves no bag.
 
     Parameters
     ----------

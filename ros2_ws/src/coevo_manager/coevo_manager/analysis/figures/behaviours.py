@@ -21,10 +21,11 @@ from marxbot_sim.core.parameters import BODY_RADIUS, OBSTACLE_RADIUS, TICK, Aren
 
 TITLES = ('simplest', 'simple', 'median', 'complex', 'most complex')
 CAPTION = (
-    'Episodes of the last generation of the first replication at the 0th, 25th, 50th, 75th and '
-    "100th percentile of the predator's (A) and of the prey's (B) complexity (Fig. 5). Light "
-    'disc: start; dark disc: end. Below each: translational and rotational wheel speed over '
-    'time. Numbers: complexity c of predator and prey, rad/s per tick.'
+    'These are episodes of the last generation of the first replication (Fig. 5). They lie at '
+    "the 0th, 25th, 50th, 75th and 100th percentile of the predator's (A) and of the prey's (B) "
+    'complexity. A light disc is a start, a dark disc an end. Below each episode are its '
+    'translational and rotational wheel speed over time. The numbers are the complexity c of '
+    'predator and prey, in rad/s per tick.'
 )
 DASHES: dict[str, Any] = {'predator': '-', 'prey': (0, (3, 1.2))}
 

@@ -69,10 +69,10 @@ def _gains(arena: str, members: Members, table: pd.DataFrame) -> Chart:
     return Chart(
         'gains',
         f'Did they make progress? {arena.capitalize()}',
-        'Gain of the second half of the run. Historical: against opponents of the first half '
-        'rather than its own. Global: over the first half, against all generations. '
-        'Held-out: the same against the best of other runs, never met. Random genomes of '
-        'generation 0 are left out.',
+        'A point is the gain of the second half of the run. Historical is the gain against '
+        'opponents of the first half rather than its own. Global is the gain over the first '
+        'half, against all generations. Held-out is the same against the best of other runs, '
+        'which were never met. The random genomes of generation 0 are left out.',
         [panels],
         arena,
         interval_note(members, 'Bars'),
@@ -92,8 +92,8 @@ def _held_out(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'held_out',
         f'Performance against held-out opponents, {arena}',
-        f'Each generation against the {study.opponents} best of the last generation of every '
-        'other run of the arena: opponents it never co-evolved with.',
+        f'Each generation meets the {study.opponents} best of the last generation of every other '
+        'run of the arena: opponents with which it never co-evolved.',
         [row],
         arena,
         interval_note(members),
@@ -118,12 +118,12 @@ def _probes(arena: str, members: Members, study: Study, budget: SearchBudget) ->
     return Chart(
         'exploitability',
         f'Exploitability of the champions, {arena}',
-        'Fresh opponents searched for against the frozen champion of each generation, '
-        f'{budget.searches} searches of {budget.candidates} candidates. Above: candidates tried '
-        f'until one scores {WINS:g}, {budget.candidates} where none does; more is harder to '
-        'exploit. Below: best fitness so far, averaged over the course of the searches; lower is '
-        'harder to exploit. The best found in the end stands in the table: nearly every champion '
-        'falls to some opponent.',
+        'Fresh opponents are searched for against the frozen champion of each generation, in '
+        f'{budget.searches} searches of {budget.candidates} candidates. Above are the '
+        f'candidates tried until one scores {WINS:g}, {budget.candidates} where none does; more '
+        'is harder to exploit. Below is the best fitness so far, averaged over the course of '
+        'the searches; lower is harder to exploit. The table has the best found in the end: '
+        'nearly every champion falls to some opponent.',
         rows,
         arena,
         interval_note(members),
@@ -143,10 +143,10 @@ def _ratings(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'ratings',
         f'Transitive and cyclic parts of the tournament, {arena}',
-        'Rating of each generation, playing both roles against all others: the transitive part '
-        'of the Hodge decomposition of the tournament. Progress lifts it. Share of the '
-        'tournament that is cyclic (rock-paper-scissors, no rating can express it): '
-        f'{"; ".join(shares)}.',
+        'The rating of a generation that plays both roles against all others is the transitive '
+        'part of the Hodge decomposition of the tournament. Progress lifts it. The rest is '
+        'cyclic (rock-paper-scissors), and no rating can express it. Its share of the '
+        f'tournament: {"; ".join(shares)}.',
         [[panel]],
         arena,
         interval_note(members),
@@ -170,9 +170,10 @@ def _diversity(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'diversity',
         f'Diversity of behaviour, {arena}',
-        'Above: mean distance between the paths of individuals that meet the same champion. '
-        'Below: mean distance between their fitness against each opponent, the distance by which '
-        'the generalist algorithm tells opponents apart. 0 is a population of one behaviour.',
+        'Above is the mean distance between the paths of individuals that meet the same '
+        'champion. Below is the mean distance between their fitness against each opponent, the '
+        'distance by which the generalist algorithm tells opponents apart. 0 is a population of '
+        'one behaviour.',
         rows,
         arena,
         interval_note(members),

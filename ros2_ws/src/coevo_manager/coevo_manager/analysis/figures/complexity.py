@@ -26,8 +26,8 @@ MEASURED = {
 """Labels of the measures of behaviour, apart from complexity; times are shares."""
 
 HOW = (
-    f'{AGENTS} individuals of every rank against {OPPONENTS} opponents each, sensors without '
-    'noise, over episodes that no capture ended, which are of equal length.'
+    f'{AGENTS} individuals of every rank met {OPPONENTS} opponents each, with sensors without '
+    'noise. Only episodes that no capture ended count; they are of equal length.'
 )
 
 Members = Sequence[ConditionResults]
@@ -58,9 +58,9 @@ def _complexity(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'complexity',
         f'Behavioural complexity, {arena}',
-        'Mean complexity c of the behaviour of all agents against all opponents of the same '
-        'generation (Fig. 6): half the mean, over the ticks of an episode, of the change of '
-        'desired translational plus rotational wheel speed.',
+        'The curves are the mean complexity c of the behaviour of all agents against all '
+        'opponents of the same generation (Fig. 6). It is half the mean, over the ticks of an '
+        'episode, of the change of desired translational plus rotational wheel speed.',
         [panels],
         arena,
         'Bands: standard errors over replications, as in the paper.'
@@ -86,9 +86,9 @@ def _quiet_complexity(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'complexity_quiet',
         f'Complexity without noise, {arena}',
-        'Complexity c beside Fig. 6, without what hides it: sensor noise, captures and changing '
-        f'opponents. {HOW} Above: opponents of the same generation. Below: the same opponents, '
-        'the best of the last generation, for all generations.',
+        'This is complexity c beside Fig. 6, without what hides it: sensor noise, captures and '
+        f'changing opponents. {HOW} Above, opponents are of the same generation. Below, they are '
+        'the same for all generations: the best of the last.',
         rows,
         arena,
         interval_note(members),
@@ -114,8 +114,8 @@ def _behaviour(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'behaviour',
         f'What the robots do, {arena}',
-        'Changes of driving direction, and shares of time: driving forward or backward (mean '
-        'wheel speed of at least 1 rad/s), turning on the spot and pausing. '
+        'The rows are changes of driving direction, and shares of time: driving forward or '
+        'backward (mean wheel speed of at least 1 rad/s), turning on the spot and pausing. '
         f'{HOW} The opponents are the best of the last generation, for all generations.',
         rows,
         arena,
@@ -165,9 +165,10 @@ def _correlation(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'complexity_correlation',
         f'Performance and complexity, {arena}',
-        'Each point is one generation, averaged over replications: complexity of its behaviour '
-        'and performance against the last generation (Fig. 7). Generations of a run are not '
-        'independent: p is too small, and the table has correlations within each replication.',
+        'Each point is one generation, averaged over replications. It shows the complexity of '
+        'behaviour and the performance against the last generation (Fig. 7). Generations of a '
+        'run are not independent: p is too small, and the table has correlations within each '
+        'replication.',
         in_rows(panels),
         arena,
         'Points grow from the first generation to the last. Brackets: 95 % interval of r.',

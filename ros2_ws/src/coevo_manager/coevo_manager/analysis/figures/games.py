@@ -31,10 +31,11 @@ def figures(study: Study, tables: Mapping[str, pd.DataFrame]) -> Iterator[Chart]
         yield Chart(
             'games',
             f'The tournament as a game, {arena}',
-            'Above: the most even Nash equilibrium of the tournament (Nash averaging), and how '
-            'long evolution stays with each generation (alpha-rank). Progress moves both to the '
-            'end. Below: what the best other generations gain against each, both species added; '
-            'and the effective diversity, 0 where one generation beats all others.',
+            'Above are the most even Nash equilibrium of the tournament (Nash averaging), and '
+            'how long evolution stays with each generation (alpha-rank). Progress moves both to '
+            'the end. Below are what the best other generations gain against each, both species '
+            'added, and the effective diversity, which is 0 where one generation beats all '
+            'others.',
             rows,
             arena,
             interval_note(members),
@@ -101,7 +102,7 @@ def _league(arena: str, table: pd.DataFrame) -> Chart:
     return Chart(
         'league',
         f'League of conditions, {arena}',
-        'The last generation of every run plays that of every run of another condition, both '
+        'The last generation of every run plays that of every run of another condition, with both '
         'species. Bars: three standard deviations.',
         [[Panel('', '', 'OpenSkill rating', [points], categories=names)]],
         arena,

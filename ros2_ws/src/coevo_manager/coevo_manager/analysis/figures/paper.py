@@ -65,9 +65,9 @@ def _evolving(arena: str, members: Members) -> Chart:
     return Chart(
         'fitness_evolving',
         f'Fitness of the evolving robots, {arena}',
-        'Mean fitness of the n agents and their n opponents during each phase, first replication '
-        '(Fig. 1). The curve is the fitness of the predators; that of the prey is 1 minus it. '
-        'It climbs while predators evolve and falls while prey evolve; jumps are new selections '
+        'The curve is the mean fitness of the predators among the n agents and their n opponents '
+        'during each phase, in the first replication (Fig. 1); that of the prey is 1 minus it. '
+        'It climbs while predators evolve and falls while prey evolve. Jumps are new selections '
         'of agents and opponents. Improving against current opponents is not yet progress.',
         rows,
         arena,
@@ -97,9 +97,9 @@ def _populations(arena: str, members: Members) -> Chart:
     return Chart(
         'fitness_populations',
         f'Fitness of the populations, {arena}',
-        'Mean fitness of all N individuals of each population against all N of the other, after '
-        'each phase (Fig. 2). Level curves can mean that nobody improves or that both do: the '
-        'tournament tells.',
+        'The curves are the mean fitness of all N individuals of each population against all N '
+        'of the other, after each phase (Fig. 2). Level curves can mean that nobody improves or '
+        'that both do: the tournament tells.',
         in_rows(panels),
         arena,
         'Thick: mean over replications. Thin: each replication.',
@@ -120,10 +120,10 @@ def _tournament(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'master_tournament',
         f'Master tournament, {arena}',
-        'Mean fitness of the predators of each generation (rows) against the prey of each '
-        'generation (columns), all against all (Figs. 3 and 8); the fitness of the prey is 1 '
-        'minus it. Progress of predators: brighter upwards along a column. Progress of prey: '
-        'darker rightwards along a row.',
+        'The map is the mean fitness of the predators of each generation (rows) against the prey '
+        'of each generation (columns), all against all (Figs. 3 and 8). The fitness of the prey '
+        'is 1 minus it. Progress of predators makes it brighter upwards along a column. '
+        'Progress of prey makes it darker rightwards along a row.',
         compact(rows if several else rows[:1]),
         arena,
         height=2.5,
@@ -148,9 +148,9 @@ def _ciao(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'ciao',
         f'Current individuals against ancestral opponents (CIAO), {arena}',
-        'Each generation (row) against the ancestors of its opponents (columns), in the fitness '
-        'of the row (Cliff & Miller 1995); mean over replications. Historical progress: brighter '
-        'to the left of the diagonal.',
+        'Each generation (row) meets the ancestors of its opponents (columns). The map is the '
+        'fitness of the row (Cliff & Miller 1995), as a mean over replications. Historical '
+        'progress makes it brighter to the left of the diagonal.',
         rows,
         arena,
         height=2.5,
@@ -175,8 +175,8 @@ def _progress(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'progress',
         f'Historical and global progress, {arena}',
-        'Historical: the last generation against opponents of every generation; progress is a '
-        'curve that falls to the right. Global: every generation against the last opponents; '
+        'Historical: the last generation meets opponents of every generation, and progress is a '
+        'curve that falls to the right. Global: every generation meets the last opponents, and '
         'progress is a curve that rises to the right.',
         compact(rows),
         arena,
@@ -213,10 +213,10 @@ def _cross(arena: str, members: Members, study: Study) -> Chart:
     return Chart(
         'cross_experiment',
         f'Cross-experiment test, {arena}',
-        'The last generation of each condition against the last of every condition (Fig. 4), the '
-        'own opponents of a run included as in the paper; the table of tests leaves them out as '
-        'well. An agent that does better against the opponents of another condition than against '
-        'those of its own outperforms that condition.',
+        'The last generation of each condition meets the last of every condition (Fig. 4). The '
+        'own opponents of a run are included, as in the paper; the table of tests leaves them '
+        'out as well. An agent that does better against the opponents of another condition than '
+        'against those of its own outperforms that condition.',
         in_rows(panels),
         arena,
         interval_note(members, 'Bars'),
@@ -251,8 +251,8 @@ def _obstacle(study: Study) -> Iterator[Chart]:
         yield Chart(
             f'obstacle_comparison_{what}',
             f'{what.capitalize()} progress with and without the obstacle',
-            'Curves of mean performance scaled to [0, 1] each by its own extent (Fig. 9): '
-            'the shape can be compared, the height cannot.',
+            'The curves of mean performance are scaled to [0, 1], each by its own extent (Fig. '
+            '9). Their shape can be compared, but not their height.',
             rows,
             height=1.9,
         )

@@ -22,14 +22,12 @@ def to_markdown(table: pd.DataFrame, count: int, draws: int) -> str:
     parts = [
         '# Transfer',
         f'{count} champions of each species and run meet the champions of all runs. Fitness is '
-        f'the mean over opponents and, where anything is random, over {draws} draws; changes are '
-        'from the kernel with perfect robots. "Predators alone": change of the predators\' '
-        'fitness '
-        'when only predators are perturbed; "prey alone": of the prey\'s, when only they are. '
-        'The '
-        'next columns are with both perturbed: fitness, and Spearman rank correlation of the '
-        'champions\' fitness with that in the kernel. "Hurts": whose 95 % interval lies below 0 '
-        'when perturbed alone.',
+        f'the mean over opponents and, where anything is random, over {draws} draws. Changes are '
+        'from the kernel with perfect robots. "Predators alone" is the change of the fitness of '
+        'predators when only predators are perturbed, and "prey alone" that of prey when only '
+        'prey are. In the next columns both are perturbed: fitness, and its Spearman rank '
+        'correlation over champions with that in the kernel. "Hurts" names the species whose 95 % '
+        'interval lies below 0 when it alone is perturbed.',
     ]
     harmed = hurt(table)
     for run, rows in table.groupby('run', sort=False):
