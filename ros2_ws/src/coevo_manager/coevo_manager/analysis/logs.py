@@ -43,30 +43,39 @@ def read_columns(path: Path, columns: Sequence[str]) -> dict[str, np.ndarray]:
         return _parse(text, columns)
 
 
-def parse_log(text: str, columns: Sequence[str]) -> pd.DataFrame:
-    """Read the text of a log; ValueError says what is wrong, and in which line."""
+def parse_log(text: str, columns: Sequence[str], first: int = 1) -> pd.DataFrame:
+    """Read the text of a log from its line `first` on; line 1 names the columns.
+
+    ValueError says what is wrong, and in which line of the log.
+    """
     import pandas as pd  # here: runs are read without it
 
-    return pd.DataFrame(_parse(text, columns))
+    return pd.DataFrame(_parse(text, columns, first))
 
 
-def _parse(text: str, columns: Sequence[str]) -> dict[str, np.ndarray]:
+def _parse(text: str, columns: Sequence[str], first: int = 1) -> dict[str, np.ndarray]:
     lines = text.split('\n')
     if lines.pop():
-        raise ValueError(f'line {len(lines) + 1} is cut off')
-    if not lines or lines[0].split(',') != list(columns):
-        raise ValueError(f'line 1 does not name the columns {", ".join(columns)}')
-    for number, line in enumerate(lines, 1):
+        raise ValueError(f'line {first + len(lines)} is cut off')
+    if first == 1:
+        if not lines or lines.pop(0).split(',') != list(columns):
+            raise ValueError(f'line 1 does not name the columns {", ".join(columns)}')
+        first = 2
+    for number, line in enumerate(lines, first):
         if line.count(',') != len(columns) - 1:
             raise ValueError(f'line {number} does not have {len(columns)} values')
-    written = np.array([line.split(',') for line in lines[1:]], str).reshape(-1, len(columns))
+    written = np.array([line.split(',') for line in lines], str).reshape(-1, len(columns))
     table: dict[str, np.ndarray] = {}
     for name, texts in zip(columns, written.T, strict=True):
-        values = table[name] = texts.astype(_kind(name))
-        wrong = ~_sound(name, values)
+        kind = _kind(name)
+        try:
+            table[name] = texts.astype(kind)
+            wrong = ~_sound(name, table[name])
+        except (ValueError, OverflowError):
+            wrong = np.array([not _is(kind, text) for text in texts])
         if wrong.any():
             place = int(wrong.argmax())
-            raise ValueError(f'line {place + 2}, {name} is {texts[place]:.40}')
+            raise ValueError(f'line {first + place}, {name} is {texts[place]:.40}')
     return table
 
 
@@ -85,6 +94,14 @@ def _kind(name: str) -> type:
     if name == 'evolving':
         return str
     return float if 'fitness' in name else int
+
+
+def _is(kind: type, text: str) -> bool:
+    try:
+        np.array(text).astype(kind)
+    except (ValueError, OverflowError):
+        return False
+    return True
 
 
 def _sound(name: str, values: np.ndarray) -> np.ndarray:

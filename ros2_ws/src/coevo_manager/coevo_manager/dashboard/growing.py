@@ -82,8 +82,8 @@ class GrowingLog:
                 file.seek(self._read)
                 content = file.read(LIMIT)
             whole = content[: content.rfind(b'\n') + 1]
-            header = ','.join(self._columns) + '\n' if self._read else ''
-            rows = parse_log(header + whole.decode(), self._columns) if whole else None
+            first = len(self.table) + 2 if self._read else 1
+            rows = parse_log(whole.decode(), self._columns, first) if whole else None
         if rows is None:
             return False
         self._read += len(whole)

@@ -126,7 +126,7 @@ def test_a_wrong_byte_anywhere_is_found(copies, capsys, name):
         ('phase,', 'phases,', 'line 1 does not name the columns'),
         (',prey,', ',pray,', 'line 4, evolving is pray'),
         ('0,0,,', '0,0,,0,', 'line 2 does not have 8 values'),
-        ('1,10,', '1,x,', 'invalid literal|x'),
+        ('1,10,', '1,x,', 'line 3, generation is x'),
         ('2,20,', '2,2,', 'line 4, generation is 2'),
         ('4,40,prey,0.', '4,40,prey,7.', 'line 6, predator_fitness is 7'),
         ('3,30,predator,0.', '3,30,predator,nan', 'nan|line 5'),

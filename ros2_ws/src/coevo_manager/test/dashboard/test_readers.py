@@ -140,7 +140,7 @@ def test_a_log_is_read_on_where_it_was_left(made, tmp_path):
     assert log.grow()
     assert log.table.equals(whole[:10])
     path.write_bytes(b''.join(lines[:11]) + b'11,2,prey,7,0,1,0,99,99\n')
-    with pytest.raises(ReadingError, match='fitness_mean is 7'):
+    with pytest.raises(ReadingError, match='line 12, fitness_mean is 7'):
         log.grow()
 
 
