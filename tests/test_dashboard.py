@@ -124,10 +124,12 @@ def test_a_run_is_watched_until_it_is_killed(start, page, tmp_path):
     assert not [e for e in page.get_log('browser') if 'plotly' in e['message']]
 
 
-def test_evolve_starts_a_dashboard_and_needs_none(start, tmp_path):
+@pytest.mark.parametrize('quiet', [(), ('--quiet',)], ids=' '.join)
+def test_evolve_starts_a_dashboard_and_needs_none(start, tmp_path, quiet):
     out = tmp_path / 'run'
-    run = start(['coevo_manager', 'evolve', *ENDLESS, '--dashboard', '--out', out])
-    place = urlsplit(address_of(run))
+    run = start(['coevo_manager', 'evolve', *ENDLESS, '--dashboard', *quiet, '--out', out])
+    address = address_of(run)
+    place = urlsplit(address)
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
     connection.request('GET', '/events')
     news = json.loads(connection.getresponse().readline().removeprefix(b'data: '))
@@ -139,6 +141,8 @@ def test_evolve_starts_a_dashboard_and_needs_none(start, tmp_path):
     wait_until(lambda: phases_completed(out) > done, 'a phase without the dashboard')
     run.send_signal(signal.SIGINT)
     assert run.wait() == 130
+    if quiet:
+        assert run.stdout_text == f'dashboard: {address}\n'
 
 
 @pytest.mark.timeout(600)

@@ -14,7 +14,8 @@ import rclpy
 from coevo_manager.command_line import refuse
 from coevo_manager.core.evolution import RunFolderError
 from coevo_manager.evaluators.roster import EvaluationError
-from coevo_manager.runs.display import make_display
+from coevo_manager.outlet import make_console
+from coevo_manager.runs.display import PlainDisplay, make_display
 from coevo_manager.runs.options import Options, read_options
 from coevo_manager.runs.page import Page
 from coevo_manager.runs.run import Plan, Runner, make_plan
@@ -82,8 +83,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _evolve(plan: Plan, options: Options, interruption: _Interruption) -> int:
     node = rclpy.create_node('evolve', start_parameter_services=False)
-    display = make_display(plan.configuration, options.quiet)
-    page = Page(plan.folder, display.event) if options.dashboard else None
+    console = make_console()
+    display = make_display(plan.configuration, options.quiet, console)
+    # The address was asked for: --quiet silences what a run tells of itself.
+    tell = PlainDisplay(plan.configuration, console).event if options.quiet else display.event
+    page = Page(plan.folder, tell) if options.dashboard else None
 
     def show(status: Status) -> None:
         if page is not None:

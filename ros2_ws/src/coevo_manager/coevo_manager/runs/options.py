@@ -51,7 +51,7 @@ class Options:
     print_config : bool
         Whether to print the configuration instead of running it.
     quiet : bool
-        Whether to show nothing but errors.
+        Whether to show nothing but errors, and the address of the page.
     dashboard : bool
         Whether to start a page that shows the run.
     out, resume : Path or None
@@ -135,7 +135,11 @@ def _make_parser() -> Parser:
         '--resume', type=Path, metavar='DIR', help='go on with the run in this folder, to the '
         'same files as if it had never stopped',
     )  # fmt: skip
-    run.add_argument('--quiet', action='store_true', help='show nothing but errors')
+    run.add_argument(
+        '--quiet',
+        action='store_true',
+        help='show nothing but errors and the address of --dashboard',
+    )
     run.add_argument(
         '--dashboard', action='store_true', help='serve a page on this machine that shows the run '
         'while it goes on, and print its address',
