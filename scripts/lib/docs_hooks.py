@@ -2,15 +2,19 @@
 
 Pages outside docs/ are shown where `OUTSIDE` says, files that pages link to are copied, and links
 are turned to where their targets are shown. So one page serves the repository's reader and the
-site's.
+site's. Diagrams are drawn when the site is built, since the theme would load a program for them
+from elsewhere.
 """
 
+import functools
+import html
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import mermaidx
 from mkdocs.structure.files import File
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -22,6 +26,8 @@ OUTSIDE = {
     ROOT / 'examples' / 'README.md': 'examples/README.md',
 }
 """Pages outside docs/ -> their place in the site."""
+
+DIAGRAM = re.compile('<pre class="mermaid"><code>(.*?)</code></pre>', re.DOTALL)
 
 LINK = re.compile(r'\]\((?!https?:|mailto:|#)([^)#\s]*)(#[^)\s]*)?\)')
 
@@ -84,6 +90,16 @@ def on_page_markdown(markdown, page, config, files):
         return f']({place}{match[2] or ""})'
 
     return LINK.sub(turn, markdown)
+
+
+def on_page_content(content, page, config, files):
+    """Draw the page's diagrams."""
+    return DIAGRAM.sub(lambda match: _draw(html.unescape(match[1])), content)
+
+
+@functools.cache
+def _draw(diagram):
+    return f'<div style="background: white">{mermaidx.render(diagram).svg()}</div>'
 
 
 def _target(page, link):
