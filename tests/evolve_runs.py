@@ -25,9 +25,9 @@ def read_files(folder: Path) -> dict[str, bytes]:
     }
 
 
-def toy_files(folder: Path, phases: int = 30) -> dict[str, bytes]:
-    """The files of the toy run, played in this process."""
-    options = read_options([*TOY, '--phases', str(phases)])
+def toy_files(folder: Path, *changes: str) -> dict[str, bytes]:
+    """The files of the toy run with other options, played in this process."""
+    options = read_options([*TOY, *changes])
     configuration = make_plan(options.values, options.preset, folder, None).configuration
     Evolution(configuration, LocalEvaluator(configuration.make_environment()), folder).run()
     return read_files(folder)

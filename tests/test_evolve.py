@@ -26,7 +26,7 @@ LONG = ('--phases', '400')
 @pytest.fixture(scope='module')
 def long_files(tmp_path_factory):
     """The files of the toy run of LONG, played in this process."""
-    return toy_files(tmp_path_factory.mktemp('long') / 'run', 400)
+    return toy_files(tmp_path_factory.mktemp('long') / 'run', *LONG)
 
 
 @pytest.fixture(scope='module')
@@ -63,6 +63,16 @@ def test_a_run_is_the_same_on_three_evaluators(start, tmp_path, toy):
     run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '3', '--out', tmp_path / 'b'])
     assert run.wait() == 0, run.stderr_text
     assert read_files(tmp_path / 'b') == toy
+
+
+def test_evaluators_play_another_number_of_hidden_neurons(start, tmp_path):
+    hidden = ['--hidden', '13', '--phases', '6']
+    alone = toy_files(tmp_path / 'alone', *hidden)
+    run = start(['coevo_manager', 'evolve', *TOY, *hidden, '--out', tmp_path / 'run'])
+    assert run.wait(60) == 0, run.stderr_text
+    assert read_files(tmp_path / 'run') == alone
+    with np.load(tmp_path / 'run' / 'snapshots' / 'gen_000060.npz') as last:
+        assert last['predators'].shape == last['prey'].shape == (16, 13 * 13 + 29 * 13 + 52)
 
 
 @pytest.mark.timeout(180)
