@@ -11,6 +11,7 @@ import pytest
 import yaml
 from action_msgs.msg import GoalStatus
 from coevo_msgs.action import RunEpisode
+from imageio_ffmpeg import count_frames_and_secs
 from lifecycle_msgs.msg import State
 from lifecycle_msgs.srv import GetState
 from mcap_ros2.reader import read_ros2_messages
@@ -212,17 +213,21 @@ def test_record_reports_the_capture_and_replay_draws_it(starter, tmp_path):
         assert genome.tobytes() == champion.genome.tobytes()
         assert record[champion.species]['configuration'] == champion.origin.configuration
 
-    png, gif = tmp_path / 'a.png', tmp_path / 'a.gif'
-    assert run(starter, 'replay', bag, '--png', png, '--gif', gif, '--rate', 5).returncode == 0
+    png, gif, film = (tmp_path / f'a.{suffix}' for suffix in ('png', 'gif', 'mp4'))
+    drawn = '--png', png, '--gif', gif, '--film', film
+    process = run(starter, 'replay', bag, *drawn, '--rate', 5)
+    assert process.returncode == 0, process.stderr_text
+    frames = -(-trace.ticks // 5) + 1
     with Image.open(png) as image:
         image.load()
         assert len(set(np.asarray(image.convert('L')).ravel().tolist())) > 50
     with Image.open(gif) as image:
-        assert image.n_frames == -(-trace.ticks // 5) + 1
+        assert image.n_frames == frames
+    assert count_frames_and_secs(film) == (frames, pytest.approx(frames / 10, abs=0.1))
 
-    assert (
-        str(champions[1]) in run(starter, 'replay', bag, '--png', tmp_path / 'b.png').stdout_text
-    )
+    process = run(starter, 'replay', bag, '--film', tmp_path / 'b.webm', '--rate', 10)
+    assert str(champions[1]) in process.stdout_text
+    assert count_frames_and_secs(tmp_path / 'b.webm')[0] == -(-trace.ticks // 10) + 1
 
     again = run(starter, 'record', bag, *options)
     assert again.returncode == 2
@@ -255,6 +260,7 @@ def test_replay_publishes_what_was_recorded(recorded, starter, client):
         (['replay', '.', '--png', 'new.png'], '. is not a bag: it has no metadata.yaml'),
         (['replay', '.', '--rate', '0'], 'rate is 0.0'),
         (['replay', '.', '--gif', 'new.png'], 'expected one that ends in .gif'),
+        (['replay', '.', '--film', 'new.avi'], 'expected one that ends in .mp4 or .webm'),
         (['export', 'shipped/open', '--species', 'prey'], 'nothing to write'),
         (['export', 'shipped/none', '--species', 'prey', '--yaml', 'x'], 'does not exist'),
         (['export', 'shipped/open', '--species', 'cat'], 'invalid choice'),

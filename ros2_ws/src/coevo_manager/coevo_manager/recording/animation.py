@@ -1,5 +1,6 @@
-"""The chase as an animation: a GIF, or a film where ffmpeg is installed."""
+"""The chase as an animation: a GIF, or a film by ffmpeg."""
 
+import contextlib
 import errno
 import io
 import shutil
@@ -156,10 +157,17 @@ def make_film(track, pace, suffix, advance=lambda: None):
 
 def _start_encoder(film, width, height, rate):
     raw = ['-f', 'rawvideo', '-pix_fmt', 'rgb24', '-s', f'{width}x{height}', '-r', f'{rate:g}']
-    command = ['ffmpeg', '-loglevel', 'error', *raw, '-i', '-', *CODECS[film.suffix], str(film)]
+    called = [find_ffmpeg(), '-loglevel', 'error']
+    command = [*called, *raw, '-i', '-', *CODECS[film.suffix], str(film)]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE)
 
 
-def have_ffmpeg():
-    """Return whether films can be made here."""
-    return shutil.which('ffmpeg') is not None
+def find_ffmpeg():
+    """Return the machine's ffmpeg, or that of the Python package imageio-ffmpeg, or None."""
+    found = shutil.which('ffmpeg')
+    if found is None:
+        with contextlib.suppress(ImportError, RuntimeError):
+            from imageio_ffmpeg import get_ffmpeg_exe
+
+            found = get_ffmpeg_exe()
+    return found

@@ -96,9 +96,9 @@ def _named(*suffixes):
 
 
 def _film(text):
-    from coevo_manager.recording.animation import have_ffmpeg
+    from coevo_manager.recording.animation import find_ffmpeg
 
-    if not have_ffmpeg():
+    if find_ffmpeg() is None:
         raise argparse.ArgumentTypeError('ffmpeg was not found, expected it to be installed')
     return _named(*FILMS)(text)
 
@@ -115,7 +115,7 @@ def main(arguments=None):
     for name, kind, text in (
         ('png', _named('.png'), 'draw the trajectories instead'),
         ('gif', _named('.gif'), 'draw an animation instead'),
-        ('film', _film, 'draw it as an MP4 or WebM film, where ffmpeg is installed'),
+        ('film', _film, 'draw it as an MP4 or WebM film instead'),
     ):
         parser.add_argument(f'--{name}', type=kind, metavar='FILE', help=text)
     options = parser.parse_args(own_arguments(command_line))
