@@ -69,7 +69,7 @@ def test_evaluators_play_another_number_of_hidden_neurons(start, tmp_path):
     hidden = ['--hidden', '13', '--phases', '6']
     alone = toy_files(tmp_path / 'alone', *hidden)
     run = start(['coevo_manager', 'evolve', *TOY, *hidden, '--out', tmp_path / 'run'])
-    assert run.wait(60) == 0, run.stderr_text
+    assert run.wait() == 0, run.stderr_text
     assert read_files(tmp_path / 'run') == alone
     with np.load(tmp_path / 'run' / 'snapshots' / 'gen_000060.npz') as last:
         assert last['predators'].shape == last['prey'].shape == (16, 13 * 13 + 29 * 13 + 52)
