@@ -26,7 +26,7 @@ def read_columns(path: Path, columns: Sequence[str]) -> dict[str, np.ndarray]:
     path : Path
     columns : sequence of str
         Those that it must have: `evolving`, fitness from 0 to 1, and whole numbers, of which
-        generations, phases, episodes and ticks never fall.
+        generations, phases, episodes and ticks never fall. The first column rises in each line.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def _parse(text: str, columns: Sequence[str], first: int = 1) -> dict[str, np.nd
         kind = _kind(name)
         try:
             table[name] = texts.astype(kind)
-            wrong = ~_sound(name, table[name])
+            wrong = ~_sound(name, table[name], rises=name == columns[0])
         except (ValueError, OverflowError):
             wrong = np.array([not _is(kind, text) for text in texts])
         if wrong.any():
@@ -104,7 +104,7 @@ def _is(kind: type, text: str) -> bool:
     return True
 
 
-def _sound(name: str, values: np.ndarray) -> np.ndarray:
+def _sound(name: str, values: np.ndarray, rises: bool) -> np.ndarray:
     if name == 'evolving':
         before_evolution = (np.arange(len(values)) == 0) & (values == '')
         return np.isin(values, SPECIES) | before_evolution
@@ -112,4 +112,4 @@ def _sound(name: str, values: np.ndarray) -> np.ndarray:
         return (values >= 0) & (values <= 1)
     if name in ('accepted', 'retained'):
         return values >= 0
-    return np.diff(values, prepend=0) >= 0
+    return np.diff(values, prepend=-1) > 0 if rises else np.diff(values, prepend=0) >= 0

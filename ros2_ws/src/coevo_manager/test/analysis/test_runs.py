@@ -128,6 +128,7 @@ def test_a_wrong_byte_anywhere_is_found(copies, capsys, name):
         ('0,0,,', '0,0,,0,', 'line 2 does not have 8 values'),
         ('1,10,', '1,x,', 'line 3, generation is x'),
         ('2,20,', '2,2,', 'line 4, generation is 2'),
+        ('\n3,', '\n2,', 'line 5, phase is 2'),
         ('4,40,prey,0.', '4,40,prey,7.', 'line 6, predator_fitness is 7'),
         ('3,30,predator,0.', '3,30,predator,nan', 'nan|line 5'),
         ('\n4,', '4,', 'line 5 does not have 8 values'),
