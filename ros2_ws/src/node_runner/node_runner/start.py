@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,6 +14,9 @@ from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.logging import LoggingSeverity, get_logger_level, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
+
+DEEPEST = 100
+"""Brackets within brackets of a parameter file; rcl takes minutes for some ten thousand."""
 
 
 def own_arguments(command_line: Sequence[str]) -> list[str]:
@@ -34,6 +38,17 @@ def parameter_files(command_line: Sequence[str]) -> Iterator[Path]:
             yield Path(file)
 
 
+def _check(file: Path) -> None:
+    """Refuse by a ValueError a parameter file on which rcl would hang."""
+    if not file.is_file():
+        raise ValueError(f'parameter file {file} is no file, expected one of YAML')
+    depth = 0
+    for bracket in re.finditer(rb'[][{}]', file.read_bytes()):
+        depth += 1 if bracket.group() in b'[{' else -1
+        if depth > DEEPEST:
+            raise ValueError(f'parameter file {file} has more than {DEEPEST} brackets in brackets')
+
+
 def complain(command_line: Sequence[str], error: object) -> None:
     """Print on stderr what went wrong, after the name of the program."""
     print(f'{Path(command_line[0]).stem}: {error}', file=sys.stderr)
@@ -41,14 +56,12 @@ def complain(command_line: Sequence[str], error: object) -> None:
 
 @contextlib.contextmanager
 def _refusing(command_line: Sequence[str]) -> Iterator[None]:
-    for file in parameter_files(command_line):
-        if not file.is_file():  # rcl would wait for a named pipe
-            complain(command_line, f'parameter file {file} is no file, expected one of YAML')
-            sys.exit(2)
     set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say the same in lines of its own
     try:
+        for file in parameter_files(command_line):
+            _check(file)
         yield
-    except (_rclpy.RCLError, _rclpy.UnknownROSArgsError) as error:
+    except (ValueError, OSError, _rclpy.RCLError, _rclpy.UnknownROSArgsError) as error:
         complain(command_line, ' '.join(str(error).split(', at ')[0].split()))
         sys.exit(2)
     finally:

@@ -86,6 +86,16 @@ def test_what_is_no_parameter_file_is_refused(concerned, tmp_path, make):
     assert len(process.stderr_text.splitlines()) == 1
 
 
+@pytest.mark.parametrize('bracket', '[{')
+def test_a_parameter_file_of_brackets_is_refused_at_once(concerned, tmp_path, bracket):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(f'/**:\n  ros__parameters:\n    speed: {bracket * 200_000}\n')
+    process = concerned(*ros('--params-file', file))
+    assert process.wait() == 2
+    sentence = f': parameter file {file} has more than 100 brackets in brackets'
+    assert process.stderr_text.rstrip().endswith(sentence)
+
+
 def test_another_type_on_a_topic_is_told(concerned, ros_env):
     from std_msgs.msg import String
 
