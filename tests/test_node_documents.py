@@ -96,6 +96,12 @@ def test_the_running_simulator_is_as_defined(starter, client):
         client.until(
             lambda e=entries, n=names_and_types: there(n) == defined(e), 'what is defined'
         )
-    services = dict(node.get_service_names_and_types_by_node(name, '/'))
-    for service in SIMULATOR.services:
-        assert services[service.name.replace('~', '/simulator')] == [type_name(service.type)]
+    services = {
+        service.name.replace('~', '/simulator'): [type_name(service.type)]
+        for service in SIMULATOR.services
+    }
+
+    def offered():
+        return dict(node.get_service_names_and_types_by_node(name, '/'))
+
+    client.until(lambda: {**offered(), **services} == offered(), 'what is defined')

@@ -213,27 +213,33 @@ def test_record_reports_the_capture_and_replay_draws_it(starter, tmp_path):
         assert genome.tobytes() == champion.genome.tobytes()
         assert record[champion.species]['configuration'] == champion.origin.configuration
 
-    png, gif, film = (tmp_path / f'a.{suffix}' for suffix in ('png', 'gif', 'mp4'))
-    drawn = '--png', png, '--gif', gif, '--film', film
-    process = run(starter, 'replay', bag, *drawn, '--rate', 5)
-    assert process.returncode == 0, process.stderr_text
-    frames = -(-trace.ticks // 5) + 1
+    png, gif = tmp_path / 'a.png', tmp_path / 'a.gif'
+    assert run(starter, 'replay', bag, '--png', png, '--gif', gif, '--rate', 5).returncode == 0
     with Image.open(png) as image:
         image.load()
         assert len(set(np.asarray(image.convert('L')).ravel().tolist())) > 50
     with Image.open(gif) as image:
-        assert image.n_frames == frames
-    assert count_frames_and_secs(film) == (frames, pytest.approx(frames / 10, abs=0.1))
+        assert image.n_frames == -(-trace.ticks // 5) + 1
 
-    process = run(starter, 'replay', bag, '--film', tmp_path / 'b.webm', '--rate', 10)
-    assert str(champions[1]) in process.stdout_text
-    assert count_frames_and_secs(tmp_path / 'b.webm')[0] == -(-trace.ticks // 10) + 1
+    assert (
+        str(champions[1]) in run(starter, 'replay', bag, '--png', tmp_path / 'b.png').stdout_text
+    )
 
     again = run(starter, 'record', bag, *options)
     assert again.returncode == 2
     assert f'{bag} exists, expected a new name' in again.stderr_text
     again = run(starter, 'replay', bag, '--png', png)
     assert again.returncode == 2 and 'exists' in again.stderr_text
+
+
+@pytest.mark.parametrize('suffix', ['mp4', 'webm'])
+def test_replay_makes_films(recorded, starter, tmp_path, suffix):
+    path, episode, _, _ = recorded
+    film = tmp_path / f'a.{suffix}'
+    process = run(starter, 'replay', path, '--film', film, '--rate', 5)
+    assert process.returncode == 0, process.stderr_text
+    frames = -(-episode.ticks // 5) + 1
+    assert count_frames_and_secs(film) == (frames, pytest.approx(frames / 10, abs=0.1))
 
 
 def test_replay_publishes_what_was_recorded(recorded, starter, client):
