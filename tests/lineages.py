@@ -26,7 +26,7 @@ def meet(species, genome, opponents, environment):
     return evaluate_pairs(opponents, [genome], theirs, ours, environment)
 
 
-def follow(lineage, environment):
+def follow(lineage, environment, meet=meet):
     """Return the capture ticks of all generations, and how many offspring were accepted."""
     parent, best = lineage.parent.copy(), lineage.parent_ticks
     played, accepted, first = [], 0, 0

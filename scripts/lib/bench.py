@@ -167,6 +167,7 @@ class Bench:
             values = sorted(value / 1e6 for value in measured[name])
             self.report(f'{text}, the same episodes{note}', values, 'M pair-ticks/s')
         self.report(f'evolve : kernel{note}', sorted(measured['ratio']), 'x')
+        self.report(f'the same, processor time{note}', sorted(measured['processor']), 'x')
         generation = sorted(1e3 * value for value in measured['generation'])
         self.report(f'a generation of evolve{note}', generation, 'ms')
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import psutil
 import rclpy
 
 from coevo_manager.core.episodes import evaluate_pairs
@@ -19,6 +20,7 @@ from coevo_manager.core.evaluation import (
     Lineage,
     all_pairs,
     evaluate_all,
+    joined,
 )
 from coevo_manager.core.evolution import Evolution, PhaseStats, load_configuration
 from coevo_manager.core.local_evaluator import LocalEvaluator
@@ -80,6 +82,7 @@ def measure_loop(
     -------
     dict
         ``loop`` and ``kernel``: ticks/s of each repeat; ``ratio``: of each pair;
+        ``processor``: processor time of the kernel alone by that of the run and its evaluators;
         ``generation``: wall-clock time of one in the loop, s; ``episode``: mean length, ticks.
     """
     # One phase more, untimed: the first one after a run is resumed.
@@ -88,14 +91,14 @@ def measure_loop(
     )
     environment = configuration.make_environment()
     result: dict[str, list[float]] = {
-        name: [] for name in ('loop', 'kernel', 'ratio', 'generation', 'episode')
+        name: [] for name in ('loop', 'kernel', 'ratio', 'processor', 'generation', 'episode')
     }
     with tempfile.TemporaryDirectory() as folder:
         start = Path(folder, 'start')
         _run_phases(configuration, LocalEvaluator(environment, evaluators), start, warm_up)
         recorder = _Recorder(environment, evaluators)
         _go_on(start, recorder, recorder.end_phase)
-        episodes = _concatenate([batch for phase in recorder.phases[1:] for batch in phase])
+        episodes = joined([batch for phase in recorder.phases[1:] for batch in phase])
         rclpy.init()
         node = rclpy.create_node('bench')
         pool = RosEvaluator(node, environment, evaluators, print)
@@ -104,12 +107,20 @@ def measure_loop(
             while pool.evaluators < evaluators:
                 evaluate_all(pool, *[np.zeros((1, GENES), np.float32)] * 2, threading.Event())
             for _ in range(repeats):
-                seconds, ticks, generations = _go_on(start, pool)
+                processor, seconds, ticks, generations = _go_on(start, pool)
                 result['loop'].append(ticks / seconds)
                 result['generation'].append(seconds / generations)
-                begun = time.perf_counter()
-                played = evaluate_pairs(*episodes, environment, threads=evaluators)
+                begun, computed = time.perf_counter(), time.process_time()
+                played = evaluate_pairs(
+                    episodes.predators,
+                    episodes.prey,
+                    episodes.predator_index,
+                    episodes.prey_index,
+                    environment,
+                    evaluators,
+                )
                 seconds = time.perf_counter() - begun
+                result['processor'].append((time.process_time() - computed) / processor)
                 result['kernel'].append(int(played.sum(dtype=np.int64)) / seconds)
                 result['ratio'].append(result['loop'][-1] / result['kernel'][-1])
                 result['episode'].append(float(played.mean()))
@@ -133,24 +144,32 @@ def _run_phases(configuration, evaluator: Evaluator, folder: Path, phases: int) 
 
 def _go_on(
     start: Path, evaluator: Evaluator, on_phase: Callable[[], object] = lambda: None
-) -> tuple[float, int, int]:
+) -> tuple[float, float, int, int]:
     """Go on with a copy of a run to its end.
 
-    Returns the seconds, ticks and generations of all phases but the first; `on_phase` is called
-    after each.
+    Returns the processor's seconds, the seconds, ticks and generations of all phases but the
+    first; `on_phase` is called after each.
     """
-    moments: list[tuple[float, PhaseStats]] = []
+    processes = [psutil.Process(), *psutil.Process().children()]
+    moments: list[tuple[float, float, PhaseStats]] = []
 
     def observe(stats) -> None:
         if isinstance(stats, PhaseStats):
             on_phase()
-            moments.append((time.perf_counter(), stats))
+            times = [process.cpu_times() for process in processes]
+            computed = sum(each.user + each.system for each in times)
+            moments.append((computed, time.perf_counter(), stats))
 
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(start, folder, dirs_exist_ok=True)
         Evolution.resume(folder, evaluator, observe).run()
-    (begun, first), (ended, last) = moments[0], moments[-1]
-    return ended - begun, last.ticks - first.ticks, last.generation - first.generation
+    (computed, begun, first), (all_computed, ended, last) = moments[0], moments[-1]
+    return (
+        all_computed - computed,
+        ended - begun,
+        last.ticks - first.ticks,
+        last.generation - first.generation,
+    )
 
 
 def _offspring(lineage: Lineage, capture_ticks: np.ndarray) -> np.ndarray:
@@ -166,18 +185,6 @@ def _offspring(lineage: Lineage, capture_ticks: np.ndarray) -> np.ndarray:
         if ticks == least or (ticks > least) == (lineage.species == 'prey'):
             parent, least = genome, ticks
     return np.array(genomes)
-
-
-def _concatenate(batches: list[Batch]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Put many batches into one: the arrays that evaluate_pairs takes."""
-    predators = np.cumsum([0, *(len(batch.predators) for batch in batches)])
-    prey = np.cumsum([0, *(len(batch.prey) for batch in batches)])
-    return (
-        np.concatenate([batch.predators for batch in batches]),
-        np.concatenate([batch.prey for batch in batches]),
-        np.concatenate([b.predator_index + n for b, n in zip(batches, predators, strict=False)]),
-        np.concatenate([b.prey_index + n for b, n in zip(batches, prey, strict=False)]),
-    )
 
 
 if __name__ == '__main__':

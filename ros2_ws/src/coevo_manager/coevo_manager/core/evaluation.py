@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import threading
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
 
 from coevo_manager.core.environment import Environment
+
+LONGEST_BATCH = 1024
+"""Most episodes worth asking for at once: some 0.1 s of one core."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -83,8 +88,8 @@ class Evaluator(Protocol):
         Number of batches and lineages worth keeping submitted at once, so that no evaluator waits
         for work. It may change while evaluators come and go, and never changes a result.
     longest_lineage : int
-        Most generations worth asking for at once: an answer should not take long. It never changes
-        a result either.
+        Most generations worth asking for at once, of one agent or of several: an answer should not
+        take long. It never changes a result either.
     """
 
     environment: Environment
@@ -180,6 +185,30 @@ def some_pairs(
     if species == 'predator':
         return Batch(ours, theirs, index, opponent, noise)
     return Batch(theirs, ours, opponent, index, noise)
+
+
+def joined(batches: Sequence[Batch]) -> Batch:
+    """Return the episodes of batches with the same noise, one batch after the other."""
+    if len(batches) == 1:
+        return batches[0]
+    predators, predator_index = _joined(
+        [batch.predators for batch in batches], [batch.predator_index for batch in batches]
+    )
+    prey, prey_index = _joined(
+        [batch.prey for batch in batches], [batch.prey_index for batch in batches]
+    )
+    return Batch(predators, prey, predator_index, prey_index, batches[0].noise)
+
+
+def _joined(
+    genomes: Sequence[np.ndarray], indices: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return all genomes, once where they are the same array, and the indices into them."""
+    if all(these is genomes[0] for these in genomes):
+        return genomes[0], np.concatenate(indices)
+    firsts = itertools.accumulate((len(these) for these in genomes), initial=0)
+    moved = [index + np.uint32(first) for index, first in zip(indices, firsts, strict=False)]
+    return np.concatenate(genomes), np.concatenate(moved)
 
 
 def evaluate_all(

@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from coevo_manager.core.evaluation import Batch, Lineage
 from coevo_manager.evaluators.load import Load
-from coevo_manager.evaluators.messages import to_request
+from coevo_manager.evaluators.messages import Requests
 from coevo_manager.evaluators.process import EvaluatorProcess
 from coevo_manager.evaluators.work_queue import Part
 from node_runner import new_number
@@ -118,7 +118,7 @@ class EvaluatorClient:
         self.used = 0
         self._warm = False
         self._node = node
-        self._environment = environment
+        self._requests = Requests(environment)
         self._patience = patience
         self._batches = node.create_client(EvaluateBatch, service)
         self._lineages = node.create_client(
@@ -171,7 +171,7 @@ class EvaluatorClient:
 
     def _request(self, number: int, question: Question) -> None:
         client = self._lineages if isinstance(question.work, Lineage) else self._batches
-        client.handle.send_request(to_request(question.work, self._environment, number))
+        client.handle.send_request(self._requests.fill(question.work, number))
 
     def take(self, client: Client) -> tuple[Question, Any] | None:
         """Return an answer that has arrived and what it answers; None if nobody waits for it."""

@@ -29,29 +29,41 @@ def to_sequence(values: np.ndarray, typecode: str) -> array.array:
     return array.array(typecode, values.tobytes())
 
 
-def to_request(
-    work: Batch | Lineage, environment: EnvironmentMsg, number: int = 0
-) -> EvaluateBatch.Request | EvaluateLineage.Request:
-    """Return the request that asks for a batch or a lineage in an environment."""
-    if isinstance(work, Lineage):
-        request = EvaluateLineage.Request()
-        request.parent = to_sequence(work.parent, 'f')
-        request.predator = work.species == 'predator'
-        request.parent_ticks = work.parent_ticks
-        request.opponents = to_sequence(work.opponents, 'f')
-        request.redrawn = to_sequence(work.redrawn, 'I')
-        request.genes = to_sequence(work.genes, 'I')
-        request.values = to_sequence(work.values, 'f')
-    else:
-        request = EvaluateBatch.Request()
-        request.predators = to_sequence(work.predators, 'f')
-        request.prey = to_sequence(work.prey, 'f')
-        request.predator_index = to_sequence(work.predator_index, 'I')
-        request.prey_index = to_sequence(work.prey_index, 'I')
-    request.number = number
-    request.noise = work.noise
-    request.environment = environment
-    return request
+class Requests:
+    """Requests in one environment; each is valid until the next, since making one costs most.
+
+    Parameters
+    ----------
+    environment : coevo_msgs/Environment
+    """
+
+    def __init__(self, environment: EnvironmentMsg) -> None:
+        self._batch = EvaluateBatch.Request(environment=environment)
+        self._lineage = EvaluateLineage.Request(environment=environment)
+
+    def fill(
+        self, work: Batch | Lineage, number: int = 0
+    ) -> EvaluateBatch.Request | EvaluateLineage.Request:
+        """Return the request that asks for a batch or a lineage."""
+        request: EvaluateBatch.Request | EvaluateLineage.Request
+        if isinstance(work, Lineage):
+            request = self._lineage
+            request.parent = to_sequence(work.parent, 'f')
+            request.predator = work.species == 'predator'
+            request.parent_ticks = work.parent_ticks
+            request.opponents = to_sequence(work.opponents, 'f')
+            request.redrawn = to_sequence(work.redrawn, 'I')
+            request.genes = to_sequence(work.genes, 'I')
+            request.values = to_sequence(work.values, 'f')
+        else:
+            request = self._batch
+            request.predators = to_sequence(work.predators, 'f')
+            request.prey = to_sequence(work.prey, 'f')
+            request.predator_index = to_sequence(work.predator_index, 'I')
+            request.prey_index = to_sequence(work.prey_index, 'I')
+        request.number = number
+        request.noise = work.noise
+        return request
 
 
 def to_batch(request: EvaluateBatch.Request) -> Batch:

@@ -9,10 +9,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from coevo_manager.core.evaluation import Batch, Lineage
-
-PART_EPISODES = 256
-"""Most episodes of one part of a batch: larger batches are shared by all evaluators."""
+from coevo_manager.core.evaluation import LONGEST_BATCH, Batch, Lineage
 
 
 @dataclasses.dataclass(eq=False, slots=True)
@@ -62,7 +59,7 @@ class WorkQueue:
     def submit(self, work: Batch | Lineage) -> int:
         """Take a batch or a lineage and return its ticket."""
         ticket = next(self._tickets)
-        parts = list(split(ticket, work, PART_EPISODES))
+        parts = list(split(ticket, work, LONGEST_BATCH))
         self._results[ticket] = np.empty(len(work), np.int32)
         self._parts_left[ticket] = len(parts)
         self._waiting.extend(parts)

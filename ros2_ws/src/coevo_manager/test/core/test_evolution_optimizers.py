@@ -7,6 +7,7 @@ import pytest
 
 from coevo_manager.core.evolution import load_configuration, optimizers
 from coevo_manager.core.evolution.mutation import BLOCK, draw_mutations
+from coevo_manager.core.evolution.optimizers.cma_es import reflect
 from coevo_manager.core.evolution.optimizers.openai_es import centred_ranks
 from neuro_controller.core.genome import GENE_RANGE, GENES, random_genomes
 
@@ -146,6 +147,67 @@ def test_openai_es_follows_the_gradient():
     inside = abs(centre) < GENE_RANGE - 0.1
     np.testing.assert_allclose(abs(step[inside]), 0.05, rtol=1e-3)
     assert np.corrcoef(step, target - centre)[0, 1] > 0.4
+
+
+@pytest.mark.parametrize('spread', [0.0, 2.0])
+def test_cma_es_is_as_good_as_the_library(spread):
+    """Against pycma with a diagonal covariance, after the 100 generations of a phase."""
+    import cma
+
+    left = []
+    for seed in range(3):
+        optimizer, target, configuration = start('cma_es', seed)
+        parent, rng = optimizer.best, np.random.default_rng(seed)
+        weights = np.exp(rng.normal(0, spread, GENES))
+        weights /= weights.sum()
+
+        def error(genomes, target=target, weights=weights):
+            return (genomes - target) ** 2 @ weights
+
+        options = {'bounds': [-GENE_RANGE, GENE_RANGE], 'CMA_diagonal': True}
+        options |= {'popsize': configuration.cma_candidates, 'seed': seed + 1, 'verbose': -9}
+        library = cma.CMAEvolutionStrategy(parent, configuration.cma_sigma, options)
+        best = np.inf
+        for _ in range(100):
+            errors = error(optimizer.ask())
+            optimizer.tell(-errors)
+            best = min(best, errors.min())
+            asked = library.ask()
+            library.tell(asked, error(np.array(asked)))
+        left.append((best, library.best.f))
+    ours, theirs = np.mean(left, axis=0)
+    assert ours < 1.2 * theirs
+
+
+def test_cma_es_takes_shorter_steps_where_they_change_more():
+    optimizer, target, _ = start('cma_es')
+    weights = np.where(np.arange(GENES) < 5, 1000, 1)
+    for _ in range(300):
+        optimizer.tell(-((optimizer.ask() - target) ** 2 @ weights))
+    steps = optimizer._deviations
+    assert steps[:5].mean() < 0.8 * steps[5:].mean()
+
+
+def test_cma_es_goes_on_where_the_last_move_was_good():
+    """The first two candidates lie ahead of and behind the mean; ahead is better: longer steps."""
+    optimizer, _, _ = start('cma_es')
+    sigmas = [optimizer._sigma]
+    for better in (0, 0, 1, 1, 1):
+        candidates = optimizer.ask()
+        fitness = np.linspace(0.4, 0.5, len(candidates))
+        fitness[:2] = 0.3
+        fitness[better] = 0.6
+        optimizer.tell(fitness)
+        sigmas.append(optimizer._sigma)
+    np.testing.assert_array_equal(optimizer._noise[0], -optimizer._noise[1])
+    assert np.linalg.norm(optimizer._noise[0]) == pytest.approx(np.sqrt(GENES), rel=0.2)
+    assert sigmas[0] == sigmas[1] < sigmas[2]
+    assert sigmas[5] < sigmas[4]
+
+
+def test_limits_of_genes_are_mirrors():
+    genes = np.array([-5.0, 4.5, 5.5, -6.0, 14.0, 16.0, -25.0, 36.0])
+    np.testing.assert_allclose(reflect(genes), [-5.0, 4.5, 4.5, -4.0, -4.0, -4.0, -5.0, -4.0])
 
 
 def test_unknown_optimizer_is_named():

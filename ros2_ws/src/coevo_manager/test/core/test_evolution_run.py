@@ -244,6 +244,22 @@ def test_agents_do_not_wait_for_each_other(tmp_path):
     assert contents(tmp_path / 'held') == contents(tmp_path / 'whole')
 
 
+def test_agents_that_send_batches_ask_together_where_slots_are_few(tmp_path):
+    class Counting(DisorderlyEvaluator):
+        def submit(self, work):
+            lengths.append(len(work))
+            return super().submit(work)
+
+    configuration = configure(phases=1, optimizer='cma_es')
+    generation = configuration.cma_candidates * configuration.selected
+    for slots, longest, together in ((2, 100, 4), (2, 3, 3), (4, 100, 2), (8, 100, 1)):
+        lengths = []
+        evaluator = Counting(configuration.make_environment(), slots, 0, longest)
+        run(tmp_path / f'{slots}_{longest}', configuration, evaluator)
+        assert max(lengths[slots : -3 * slots]) == together * generation
+    assert len({str(contents(folder)) for folder in tmp_path.iterdir()}) == 1
+
+
 def test_species_swap_after_the_phase_that_completes_each_such_generation(tmp_path):
     run(tmp_path / 'run', configure(phases=6, generations=7, swap_generations=10))
     # Ends of phases: 7, 14 (10 completed), 21 (20), 28, 35 (30), 42.

@@ -12,9 +12,9 @@ from rclpy.qos import QoSProfile
 
 from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pairs
 from coevo_manager.evaluators.messages import (
+    Requests,
     to_environment,
     to_environment_message,
-    to_request,
     to_sequence,
 )
 from marxbot_sim.core.perturbations import Perturbations
@@ -103,7 +103,9 @@ def test_lineages_beside_batches(asker, species):
         for seed in range(3)
     ]
     message = to_environment_message(SIGNED)
-    *answers, _ = asker(*(to_request(lineage, message) for lineage in lineages), request(SIGNED))
+    *answers, _ = asker(
+        *(Requests(message).fill(lineage) for lineage in lineages), request(SIGNED)
+    )
     for lineage, response in zip(lineages, answers, strict=True):
         assert response.success, response.message
         assert list(response.capture_ticks) == follow(lineage, SIGNED)[0].tolist()
@@ -119,7 +121,7 @@ LINEAGE = random_lineage(np.random.default_rng(6), 'prey', Environment(), genera
 
 
 def bad_lineage(name, value):
-    asked = to_request(LINEAGE, to_environment_message(Environment()))
+    asked = Requests(to_environment_message(Environment())).fill(LINEAGE)
     setattr(asked, name, value)
     return asked
 

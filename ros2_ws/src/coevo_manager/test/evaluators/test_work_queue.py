@@ -7,8 +7,8 @@ import pytest
 from lineages import random_lineage
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evaluation import Batch, Lineage, all_pairs
-from coevo_manager.evaluators.work_queue import PART_EPISODES, WorkQueue, split
+from coevo_manager.core.evaluation import Batch, Lineage, all_pairs, joined
+from coevo_manager.evaluators.work_queue import WorkQueue, split
 
 
 def batch(rng, predators, prey):
@@ -30,7 +30,7 @@ def ticks(work):
 def test_results_are_right_whatever_is_lost_late_or_doubled(seed):
     rng = np.random.default_rng(seed)
     lineage = random_lineage(rng, 'prey', Environment(episode_ticks=20), 3, 2)
-    works = [batch(rng, 40, 23), batch(rng, 1, 1), lineage, batch(rng, 16, 16)]
+    works = [batch(rng, 80, 41), batch(rng, 1, 1), lineage, batch(rng, 16, 16)]
     queue = WorkQueue()
     tickets = {queue.submit(work): work for work in works}
     under_way = []
@@ -76,9 +76,9 @@ def test_what_was_cancelled_is_neither_handed_out_nor_taken():
 
 def test_parts_are_equal_and_have_just_the_genomes_they_need():
     work = batch(np.random.default_rng(2), 30, 30)
-    parts = list(split(5, work, PART_EPISODES))
+    parts = list(split(5, work, 256))
     lengths = [len(part.work) for part in parts]
-    assert sum(lengths) == 900 and max(lengths) <= PART_EPISODES
+    assert sum(lengths) == 900 and max(lengths) <= 256
     assert max(lengths) - min(lengths) <= 1
     assert [part.place.start for part in parts] == [0, *itertools.accumulate(lengths)][:-1]
     for part in parts:
@@ -88,6 +88,19 @@ def test_parts_are_equal_and_have_just_the_genomes_they_need():
             len(part.work.predators),
             len(part.work.prey),
         ]
+
+
+def test_joined_batches_are_each_of_them_in_turn():
+    rng = np.random.default_rng(3)
+    prey = batch(rng, 1, 7).prey
+    works = [all_pairs('predator', batch(rng, n, 1).predators, prey) for n in (4, 1, 9)]
+    together = joined(works)
+    assert together.prey is prey and len(together.predators) == 14
+    works.append(batch(rng, 3, 5))
+    for some, all_of_them in ((works[:3], together), (works, joined(works))):
+        expected = np.concatenate([ticks(work) for work in some])
+        np.testing.assert_array_equal(ticks(all_of_them), expected)
+    assert joined(works[:1]) is works[0]
 
 
 def test_a_batch_that_is_short_enough_is_sent_as_it_is():

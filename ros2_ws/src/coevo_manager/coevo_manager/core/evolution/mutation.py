@@ -20,8 +20,9 @@ Mutation = tuple[np.ndarray, np.ndarray]
 
 def bernoulli(genes: int, rate: float, rng: np.random.Generator) -> list[np.ndarray]:
     """Genes of each of BLOCK mutations, each gene with probability ``rate``."""
-    rows, chosen = np.nonzero(rng.random((BLOCK, genes), dtype=np.float32) < rate)
-    return _split(chosen, np.searchsorted(rows, np.arange(1, BLOCK + 1)))
+    places = np.flatnonzero(rng.random((BLOCK, genes), dtype=np.float32) < rate)
+    ends = np.searchsorted(places, np.arange(1, BLOCK + 1) * genes)
+    return _split(places % genes, ends)
 
 
 def exact(genes: int, rate: float, rng: np.random.Generator) -> list[np.ndarray]:

@@ -1,7 +1,8 @@
 """One phase: agents evolve against fixed opponents, each lineage on its own.
 
 Agents of a phase do not interact. Each asks for work as soon as its last was done, without waiting
-for the others, and draws from its own generator, so that the order of answers changes no result.
+for the others, and draws from its own generator, so that neither the order of answers nor who asks
+together with whom changes a result.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ import numpy as np
 
 from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evaluation import (
+    LONGEST_BATCH,
     Batch,
     Evaluator,
     Lineage,
     all_pairs,
+    joined,
     next_answer,
     some_pairs,
 )
@@ -108,9 +111,19 @@ class _Agent:
         """The agent as it is now, float32 (genes,)."""
         return self.optimizer.best
 
+    @property
+    def evolved(self) -> bool:
+        """Whether it has come through all generations."""
+        return self.completed == self._phase.generations
+
     def next_work(self, longest_lineage: int) -> Batch | Lineage:
-        """Return the next generations of its lineage, or the candidates of one generation."""
+        """Return the next generations of its lineage, or the candidates of one generation.
+
+        Evolved, it meets its rivals.
+        """
         species, opponents = self._phase.species, self._phase.opponents
+        if self.evolved:
+            return all_pairs(species, self.genome[np.newaxis], self._phase.rivals)
         if opponents.draw is not None:
             return self._against_drawn(opponents.draw)
         noise = self._phase.noises[self.completed]
@@ -185,6 +198,8 @@ class _Journal:
 
     def tell(self, completed: int, on_generation: Callable[[Generation], None]) -> None:
         """Tell of the generations up to `completed` that were not told before."""
+        if completed == self._told:
+            return
         new = slice(self._told, completed)
         self._told = completed
         fitness = self.fitness[new]
@@ -226,24 +241,20 @@ def evolve(
     journal = _Journal(phase.generations, len(agents))
     capture_ticks = np.empty((len(agents), len(phase.rivals)), np.int32)
     idle = agents.copy()
-    running: dict[int, _Agent] = {}
+    running: dict[int, list[_Agent]] = {}
     while idle or running:
         while idle and len(running) < evaluator.slots:
-            agent = min(idle, key=lambda agent: agent.completed)
-            idle.remove(agent)
-            if agent.completed < phase.generations:
-                work = agent.next_work(evaluator.longest_lineage)
-            else:
-                work = all_pairs(phase.species, agent.genome[np.newaxis], phase.rivals)
-            running[evaluator.submit(work)] = agent
+            crew, work = _next_crew(idle, len(running), evaluator)
+            running[evaluator.submit(work)] = crew
         ticket, ticks = next_answer(evaluator, stop)
-        agent = running.pop(ticket)
-        if agent.completed < phase.generations:
-            agent.take(ticks, journal)
-            idle.append(agent)
-            journal.tell(min(agent.completed for agent in agents), on_generation)
-        else:
-            capture_ticks[agent.index] = ticks
+        crew = running.pop(ticket)
+        for agent, ours in zip(crew, np.split(ticks, len(crew)), strict=True):
+            if agent.evolved:
+                capture_ticks[agent.index] = ours
+            else:
+                agent.take(ours, journal)
+                idle.append(agent)
+        journal.tell(min(agent.completed for agent in agents), on_generation)
     remembered = phase.agents.memory.shape[1]
     return Evolved(
         np.array([agent.genome for agent in agents]),
@@ -253,6 +264,29 @@ def evolve(
         np.array([agent.optimizer.position for agent in agents]),
         [agent.meetings for agent in agents],
     )
+
+
+def _next_crew(
+    idle: list[_Agent], running: int, evaluator: Evaluator
+) -> tuple[list[_Agent], Batch | Lineage]:
+    """Take those that are next from the idle ones, and return them and their work.
+
+    A request costs as much as many episodes. Agents that are equally far and send batches
+    therefore ask together, so many that half of the slots are in use and no evaluator waits.
+    """
+    first = min(idle, key=lambda agent: agent.completed)
+    work = first.next_work(evaluator.longest_lineage)
+    crew = [first]
+    if isinstance(work, Batch):
+        share = math.ceil(len(idle) / max(1, evaluator.slots // 2 - running))
+        most = min(share, evaluator.longest_lineage, LONGEST_BATCH // len(work))
+        others = [agent for agent in idle if agent.completed == first.completed]
+        others.remove(first)
+        crew += others[: max(0, most - 1)]
+        work = joined([work, *(agent.next_work(1) for agent in crew[1:])])
+    for agent in crew:
+        idle.remove(agent)
+    return crew, work
 
 
 def _make_agents(phase: Phase, configuration: Configuration) -> list[_Agent]:

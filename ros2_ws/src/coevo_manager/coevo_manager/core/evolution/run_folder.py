@@ -52,7 +52,7 @@ PHASE_COLUMNS = (
 )  # fmt: skip
 _FOLDERS = ('snapshots', 'checkpoint')
 LOGS = {'generations': GENERATION_COLUMNS, 'phases': PHASE_COLUMNS}
-_PACKAGES = ('numpy', 'numba', 'cma')
+_PACKAGES = ('numpy', 'numba')
 
 
 class RunFolderError(ValueError):

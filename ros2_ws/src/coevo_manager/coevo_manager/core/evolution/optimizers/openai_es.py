@@ -109,8 +109,10 @@ class OpenAiEs(Optimizer):
         """Return the centre, then one half of the pairs, then the other."""
         self._noise = self._rng.standard_normal((self._pairs, len(self._centre)))
         steps = self._sigma * self._noise
-        genomes = self._centre + np.concatenate((np.zeros((1, steps.shape[1])), steps, -steps))
-        self._genomes = np.clip(genomes, -GENE_RANGE, GENE_RANGE).astype(np.float32)
+        genomes = np.concatenate(
+            (self._centre[np.newaxis], self._centre + steps, self._centre - steps)
+        )
+        self._genomes = genomes.clip(-GENE_RANGE, GENE_RANGE).astype(np.float32)
         return self._genomes
 
     def tell(self, fitness: np.ndarray) -> bool:
@@ -141,6 +143,7 @@ class OpenAiEs(Optimizer):
 
 def centred_ranks(fitness: np.ndarray) -> np.ndarray:
     """Return ranks scaled to [-0.5, 0.5], the worst first; equal ones share their mean rank."""
-    _, inverse, counts = np.unique(fitness, return_inverse=True, return_counts=True)
-    mean_ranks = np.cumsum(counts) - (counts + 1) / 2
-    return mean_ranks[inverse] / (len(fitness) - 1) - 0.5
+    ordered = np.sort(fitness)
+    worse = ordered.searchsorted(fitness)
+    not_better = ordered.searchsorted(fitness, 'right')
+    return (worse + not_better - 1) / 2 / (len(fitness) - 1) - 0.5
