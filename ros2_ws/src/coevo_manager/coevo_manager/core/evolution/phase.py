@@ -116,24 +116,19 @@ class _Agent:
         """Whether it has come through all generations."""
         return self.completed == self._phase.generations
 
-    def next_work(self, longest_lineage: int) -> Batch | Lineage:
-        """Return the next generations of its lineage, or the candidates of one generation.
-
-        Evolved, it meets its rivals.
-        """
-        species, opponents = self._phase.species, self._phase.opponents
-        if self.evolved:
-            return all_pairs(species, self.genome[np.newaxis], self._phase.rivals)
-        if opponents.draw is not None:
-            return self._against_drawn(opponents.draw)
-        noise = self._phase.noises[self.completed]
-        if self._reevaluates or noise != self._phase.noises[-1]:
-            return all_pairs(species, self._candidates(), opponents.genomes, noise)
+    def next_lineage(self, longest: int) -> Lineage | None:
+        """Return the next generations, at most so many; None where it has to send batches."""
+        species, opponents, noises = self._phase.species, self._phase.opponents, self._phase.noises
+        if self.evolved or opponents.draw is not None or self._reevaluates:
+            return None
+        noise = noises[self.completed]
+        if noise != noises[-1]:
+            return None
         left = self._phase.generations - self.completed
         share = max(math.ceil(left * SHARE), min(SHORTEST_SHARE, left))
-        mutations = self.optimizer.mutations(min(share, longest_lineage))
+        mutations = self.optimizer.mutations(min(share, longest))
         if mutations is None:
-            return all_pairs(species, self._candidates(), opponents.genomes, noise)
+            return None
         genes, values = zip(*mutations, strict=True)
         return Lineage(
             species,
@@ -145,6 +140,16 @@ class _Agent:
             np.concatenate(values),
             noise,
         )
+
+    def next_batch(self) -> Batch:
+        """Return the candidates of one generation or, evolved, the agent against its rivals."""
+        species, opponents = self._phase.species, self._phase.opponents
+        if self.evolved:
+            return all_pairs(species, self.genome[np.newaxis], self._phase.rivals)
+        if opponents.draw is not None:
+            return self._against_drawn(opponents.draw)
+        noise = self._phase.noises[self.completed]
+        return all_pairs(species, self._candidates(), opponents.genomes, noise)
 
     def _candidates(self) -> np.ndarray:
         """Return the genomes of the next generation, the agent itself first where it is due."""
@@ -275,18 +280,18 @@ def _next_crew(
     therefore ask together, so many that half of the slots are in use and no evaluator waits.
     """
     first = min(idle, key=lambda agent: agent.completed)
-    work = first.next_work(evaluator.longest_lineage)
-    crew = [first]
-    if isinstance(work, Batch):
-        share = math.ceil(len(idle) / max(1, evaluator.slots // 2 - running))
-        most = min(share, evaluator.longest_lineage, LONGEST_BATCH // len(work))
-        others = [agent for agent in idle if agent.completed == first.completed]
-        others.remove(first)
-        crew += others[: max(0, most - 1)]
-        work = joined([work, *(agent.next_work(1) for agent in crew[1:])])
-    for agent in crew:
+    idle.remove(first)
+    lineage = first.next_lineage(evaluator.longest_lineage)
+    if lineage is not None:
+        return [first], lineage
+    batch = first.next_batch()
+    share = math.ceil((1 + len(idle)) / max(1, evaluator.slots // 2 - running))
+    most = min(share, evaluator.longest_lineage, LONGEST_BATCH // len(batch))
+    others = [agent for agent in idle if agent.completed == first.completed]
+    others = others[: max(0, most - 1)]
+    for agent in others:
         idle.remove(agent)
-    return crew, work
+    return [first, *others], joined([batch, *(agent.next_batch() for agent in others)])
 
 
 def _make_agents(phase: Phase, configuration: Configuration) -> list[_Agent]:
