@@ -1,5 +1,7 @@
 """Statistics of the analysis against hand-computed values and their own promises."""
 
+import warnings
+
 import numpy as np
 import pytest
 from statsmodels.stats.multitest import multipletests
@@ -93,3 +95,13 @@ def test_correlation_without_variance_is_unknown():
     # Fisher: tanh(artanh(r) -+ 1.96 / sqrt(n - 3)), r = 0.8, n = 5.
     assert (r, low, high) == pytest.approx((0.8, -0.279, 0.986), abs=0.001)
     assert np.isnan(statistics.correlation([1, 1, 1], [2, 4, 6])[0])
+
+
+def test_intervals_of_missing_values_are_missing_and_nothing_warns():
+    values = np.array([[0.1, 0.2, 0.4], [np.nan, 0.2, 0.4], [0.3, 0.3, 0.3]])
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        low, high = statistics.bootstrap_interval(values)
+    assert 0.1 < low[0] + 1e-9 < high[0] < 0.4 + 1e-9
+    assert np.isnan([low[1], high[1]]).all()
+    assert low[2] == high[2] == pytest.approx(0.3)

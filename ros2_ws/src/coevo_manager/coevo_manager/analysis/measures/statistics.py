@@ -114,13 +114,7 @@ def compare_groups(first: ArrayLike, second: ArrayLike) -> dict[str, float]:
     row.update(dict.fromkeys(names, np.nan))
     if min(len(first), len(second)) < 2:
         return row
-    interval = stats.bootstrap(
-        (first, second),
-        _mean_difference,
-        n_resamples=RESAMPLES,
-        method='percentile',
-        rng=np.random.default_rng(0),
-    ).confidence_interval
+    interval = _interval((first, second), _mean_difference)
     degrees = len(first) + len(second) - 2
     pooled = np.sqrt(
         ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / degrees
@@ -162,15 +156,22 @@ def bootstrap_interval(values: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     values = np.asarray(values, float)
     if values.shape[-1] < 2:
         return np.full(values.shape[:-1], np.nan), np.full(values.shape[:-1], np.nan)
-    interval = stats.bootstrap(
-        (values,),
-        np.mean,
-        axis=-1,
-        n_resamples=RESAMPLES,
-        method='percentile',
-        rng=np.random.default_rng(0),
-    ).confidence_interval
+    interval = _interval((values,), np.mean, axis=-1)
     return interval.low, interval.high
+
+
+def _interval(samples: tuple[np.ndarray, ...], statistic: Callable, **options: Any) -> Any:
+    """Return the 95 % percentile interval; NaN where values are missing, without a warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', stats.DegenerateDataWarning)
+        return stats.bootstrap(
+            samples,
+            statistic,
+            n_resamples=RESAMPLES,
+            method='percentile',
+            rng=np.random.default_rng(0),
+            **options,
+        ).confidence_interval
 
 
 def hedges_g(difference: ArrayLike) -> np.ndarray:
