@@ -16,7 +16,9 @@ INDIRECT = {'python3-cryptography'}
 
 PACKAGES = sorted(path.parent.name for path in SOURCES.glob('*/package.xml'))
 PYTHON_PACKAGES = sorted(path.parent.name for path in SOURCES.glob('*/setup.py'))
-LOCAL_TEST_MODULES = {path.stem for path in (ROOT / 'tests').iterdir()}
+LOCAL_TEST_MODULES = {
+    path.stem for folder in ('tests', 'scripts/lib') for path in (ROOT / folder).iterdir()
+}
 
 ALONE = """
 import importlib, pkgutil, sys
@@ -96,10 +98,14 @@ def test_manifest_names_every_import(package):
     foreign = sys.stdlib_module_names | LOCAL_TEST_MODULES | {package}
     for folder, declared in ((package, run), ('test', test)):
         wanted = {
-            name if name in PACKAGES or _is_ros(name) else f'python3-{name.lower()}'
+            name if name in PACKAGES or _is_ros(name) else _rosdep(name)
             for name in package_imports(package, folder) - foreign
         }
         assert sorted(wanted - declared) == []
+
+
+def _rosdep(name: str) -> str:
+    return f'python3-{name.lower().replace("_", "-")}'
 
 
 def _is_ros(name: str) -> bool:
@@ -120,7 +126,7 @@ def test_manifest_names_nothing_unused(package):
     launched = ''.join(
         path.read_text() for path in (SOURCES / package).rglob('*') if path.suffix == '.xml'
     )
-    unused = declared - used - {f'python3-{name.lower()}' for name in used} - INDIRECT
+    unused = declared - used - {_rosdep(name) for name in used} - INDIRECT
     assert sorted(name for name in unused if f'pkg="{name}"' not in launched) == []
 
 

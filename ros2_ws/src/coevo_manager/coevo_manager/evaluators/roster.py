@@ -133,7 +133,7 @@ class Roster:
             for client in self.clients.copy():
                 self._check(client, now)
             self._complete(now)
-        if self._wait_set is None:
+        if self._wait_set is None or not self._services:  # an empty set cannot be waited for
             time.sleep(timeout)
             return []
         self._wait_set.clear_entities()

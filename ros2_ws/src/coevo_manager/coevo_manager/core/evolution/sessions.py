@@ -53,7 +53,7 @@ class Session:
 
     def end(self, phase: int, how: str) -> None:
         """Note the last phase completed, how the session ended and how long it took."""
-        seconds = round(time.monotonic() - self._start, 1)
+        seconds = round(time.monotonic() - self._start, 3)
         self._entry |= {'last_phase': phase, 'seconds': seconds, 'ended': how}
         self._write()
 
