@@ -13,11 +13,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from ros_processes import PATIENCE
 
 from node_runner import ask, make_executor, new_number, wait_until
-
-TIMEOUT = 120.0
-"""How long anything may take, s; the first time, a process compiles its kernels."""
 
 
 class RosClient:
@@ -37,7 +35,7 @@ class RosClient:
         self.goal_clients: list[GoalClient] = []
         self._clients: dict[str, Any] = {}
 
-    def until(self, condition: Callable[[], object], what: str, timeout: float = TIMEOUT) -> None:
+    def until(self, condition: Callable[[], object], what: str, timeout: float = PATIENCE) -> None:
         """Spin until a condition holds; AssertionError naming `what` if it does not."""
         try:
             wait_until(self.executor, condition, timeout, what)
@@ -71,7 +69,7 @@ class RosClient:
     def answer(self, send: Callable[[], Future], what: str) -> Any:
         """Send a request until it is answered, and return the answer."""
         try:
-            return ask(self.executor, send, TIMEOUT, what)
+            return ask(self.executor, send, PATIENCE, what)
         except TimeoutError as error:
             raise AssertionError(str(error)) from None
 

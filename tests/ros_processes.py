@@ -12,7 +12,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PATIENCE = 120.0
-"""How long anything may take, s; a limit for what hangs, also where the machine is very busy."""
+"""How long anything may take, s; a limit for what hangs, also where the machine is very busy.
+The first time, a process compiles its kernels."""
 
 END_TIMEOUT = 10.0
 """How long a process may take to end after SIGTERM before it is killed, s."""

@@ -174,7 +174,7 @@ def test_a_terminal_gets_a_progress_bar(start, tmp_path):
 def test_statistics_are_published_while_it_runs(start, tmp_path):
     listener = start([sys.executable, '-c', LISTENER])
     listener.wait_for_output('listening')
-    run = start(['coevo_manager', 'evolve', *TOY, '--out', tmp_path / 'i'])
+    run = start(['coevo_manager', 'evolve', *TOY, '--phases', '150', '--out', tmp_path / 'i'])
     assert run.wait() == 0, run.stderr_text
     assert listener.wait() == 0, listener.stderr_text
     heard = [json.loads(line) for line in listener.stdout_text.splitlines()[1:]]
@@ -182,17 +182,16 @@ def test_statistics_are_published_while_it_runs(start, tmp_path):
         int(row['generation']): row
         for row in csv.DictReader((tmp_path / 'i' / 'generations.csv').open())
     }
-    assert heard[-1]['generation'] == 300
+    assert heard[-1]['generation'] == 1500
     for stats in heard:
         row = rows[stats['generation']]
         assert stats['evolving'] == row['evolving']
         assert stats['episodes'] == int(row['episodes'])
         assert stats['fitness_mean'] == pytest.approx(float(row['fitness_mean']), abs=1e-5)
         assert stats['predator_fitness'] + stats['prey_fitness'] == pytest.approx(1, abs=1e-5)
-        assert stats['progress'] == pytest.approx(stats['generation'] / 300, abs=1e-5)
-    # a fast machine is through before the rate is known
+        assert stats['progress'] == pytest.approx(stats['generation'] / 1500, abs=1e-5)
     known = [stats for stats in heard if stats['seconds'] - heard[0]['seconds'] > 0.2]
-    assert all(stats['ticks_per_second'] > 0 for stats in known)
+    assert known and all(stats['ticks_per_second'] > 0 for stats in known)
 
 
 LISTENER = """
@@ -310,7 +309,7 @@ def test_two_started_at_once_get_a_folder_each(start, tmp_path):
     options = ' '.join([*TOY, '--phases', '2', '--evaluators', '1'])
     command = in_folder(tmp_path, f'exec {executable_path("coevo_manager", "evolve")} {options}')
     both = [start(command) for _ in range(2)]
-    assert [run.wait(120) for run in both] == [0, 0], [run.stderr_text for run in both]
+    assert [run.wait() for run in both] == [0, 0], [run.stderr_text for run in both]
     folders = [tmp_path / 'runs' / f'standard-1-{number}' for number in (1, 2)]
     assert sorted((tmp_path / 'runs').iterdir()) == folders
     assert read_files(folders[0]) == read_files(folders[1])
@@ -328,7 +327,7 @@ def test_a_reader_that_goes_away_ends_the_display_alone(start, tmp_path):
     options = ' '.join([*TOY, '--evaluators', '1', '--out', str(tmp_path / 'm')])
     evolve_command = f'{executable_path("coevo_manager", "evolve")} {options}'
     run = start(in_folder(tmp_path, f'{evolve_command} | head -n 1; exit ${{PIPESTATUS[0]}}'))
-    assert run.wait(120) == 0, run.stderr_text
+    assert run.wait() == 0, run.stderr_text
     assert run.stdout_text.count('\n') == 1
     assert run.stderr_text == ''
     assert (tmp_path / 'm' / 'report.md').exists()

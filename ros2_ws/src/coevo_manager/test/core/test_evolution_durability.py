@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evolve_runs import read_files
 from full_disk import full_disk
 from ros_processes import wait_until
 
@@ -36,21 +37,13 @@ VALUES = {
 }
 
 
-def contents(folder):
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob('*'))
-        if path.is_file() and path.name not in ('run.log', 'sessions.json')
-    }
-
-
 def evaluator_of(configuration):
     return LocalEvaluator(configuration.make_environment())
 
 
 def run_whole(folder, configuration):
     assert Evolution(configuration, evaluator_of(configuration), folder).run().finished
-    return contents(folder)
+    return read_files(folder)
 
 
 def stop_after(folder, configuration, phase):
@@ -107,7 +100,7 @@ def test_killed_again_and_again(tmp_path):
             process.join(10)
             ended = process.exitcode
             assert ended in (0, -signal.SIGKILL)
-        assert contents(folder) == expected
+        assert read_files(folder) == expected
         assert kills > 1
 
 
@@ -123,7 +116,7 @@ def test_what_a_run_leaves_that_never_began_is_no_hindrance(tmp_path, whole):
         Evolution(configuration, evaluator_of(configuration), folder)
     (folder / 'snapshots' / 'mine').unlink()
     assert Evolution(configuration, evaluator_of(configuration), folder).run().finished
-    assert {n: c for n, c in contents(folder).items() if 'partial' not in n} == whole
+    assert {n: c for n, c in read_files(folder).items() if 'partial' not in n} == whole
 
 
 @pytest.mark.parametrize('phase', [0, 1, 5])
@@ -131,7 +124,7 @@ def test_a_stopped_run_goes_on(tmp_path, whole, phase):
     stop_after(tmp_path / 'run', load_configuration(VALUES), phase)
     assert len(list((tmp_path / 'run' / 'checkpoint').iterdir())) == min(phase + 1, 2)
     assert resume(tmp_path / 'run').finished
-    assert contents(tmp_path / 'run') == whole
+    assert read_files(tmp_path / 'run') == whole
 
 
 def test_a_run_ended_before_its_first_checkpoint_goes_on(tmp_path, whole):
@@ -140,13 +133,13 @@ def test_a_run_ended_before_its_first_checkpoint_goes_on(tmp_path, whole):
     evolution.stop()
     assert not evolution.run().finished
     assert resume(tmp_path / 'run').finished
-    assert contents(tmp_path / 'run') == whole
+    assert read_files(tmp_path / 'run') == whole
 
 
 def test_a_finished_run_stays_as_it_is(tmp_path, whole):
     run_whole(tmp_path / 'run', load_configuration(VALUES))
     assert resume(tmp_path / 'run').finished
-    assert contents(tmp_path / 'run') == whole
+    assert read_files(tmp_path / 'run') == whole
 
 
 def truncate(path):
@@ -178,7 +171,7 @@ def test_a_damaged_checkpoint_is_passed_over(tmp_path, whole, damage):
     stop_after(folder, load_configuration(VALUES), 5)
     damage(folder / 'checkpoint' / 'phase_000005.npz')
     assert resume(folder).finished
-    assert contents(folder) == whole
+    assert read_files(folder) == whole
     log = (folder / 'run.log').read_text()
     assert 'phase_000005.npz is damaged' in log
     assert 'resumed after phase 4, generation 20' in log
@@ -203,10 +196,10 @@ def test_without_any_sound_checkpoint_nothing_is_touched(tmp_path):
     stop_after(folder, load_configuration(VALUES), 2)
     for path in (folder / 'checkpoint').iterdir():
         truncate(path)
-    before = contents(folder)
+    before = read_files(folder)
     with pytest.raises(RunFolderError, match=r'cannot go on: .*; .*'):
         resume(folder)
-    assert contents(folder) == before
+    assert read_files(folder) == before
 
 
 @pytest.mark.parametrize(
@@ -218,10 +211,10 @@ def test_damage_that_the_run_would_carry_on_is_refused(tmp_path, name, damage):
     folder = tmp_path / 'run'
     stop_after(folder, load_configuration(VALUES), 5)
     damage(folder / name)
-    before = contents(folder)
+    before = read_files(folder)
     with pytest.raises(RunFolderError, match=f'{name} (is damaged|cannot be read): '):
         resume(folder)
-    assert contents(folder) == before
+    assert read_files(folder) == before
 
 
 def test_damage_after_the_checkpoint_before_is_made_good(tmp_path, whole):
@@ -232,7 +225,7 @@ def test_damage_after_the_checkpoint_before_is_made_good(tmp_path, whole):
     content[-3] ^= 1
     path.write_bytes(content)
     assert resume(folder).finished
-    assert contents(folder) == whole
+    assert read_files(folder) == whole
     log = (folder / 'run.log').read_text()
     assert 'phases.csv is damaged: its first' in log
     assert 'resumed after phase 4, generation 20' in log
@@ -278,11 +271,11 @@ def test_links_are_not_written_through(tmp_path, name):
     stop_after(folder, load_configuration(VALUES), 1)
     target = tmp_path / 'target'
     (folder / name).rename(target)
-    before = target.read_bytes() if target.is_file() else contents(target)
+    before = target.read_bytes() if target.is_file() else read_files(target)
     (folder / name).symlink_to(target)
     with pytest.raises(RunFolderError, match=f'{name} is a symbolic link'):
         resume(folder)
-    assert (target.read_bytes() if target.is_file() else contents(target)) == before
+    assert (target.read_bytes() if target.is_file() else read_files(target)) == before
 
 
 @pytest.mark.timeout(60)
@@ -303,17 +296,17 @@ def test_a_link_in_place_of_a_file_is_replaced(tmp_path, whole):
     for name in ('report.md', 'snapshots/gen_000030.npz', 'checkpoint/phase_000006.npz'):
         (folder / name).symlink_to(tmp_path / 'target')
     assert resume(folder).finished
-    assert contents(folder) == whole
+    assert read_files(folder) == whole
     assert (tmp_path / 'target').read_text() == 'mine'
 
 
 def test_another_configuration_is_refused(tmp_path):
     folder = tmp_path / 'run'
     stop_after(folder, load_configuration(VALUES), 1)
-    before = contents(folder)
+    before = read_files(folder)
     with pytest.raises(RunFolderError, match=r'\(there, here\): seed: 1, 2; mutation_rate: 0.02'):
         resume(folder, load_configuration({**VALUES, 'seed': 2, 'mutation_rate': 0.05}))
-    assert contents(folder) == before
+    assert read_files(folder) == before
 
 
 def test_a_checkpoint_of_another_run_is_refused(tmp_path):
@@ -403,4 +396,4 @@ def test_a_full_disk_loses_nothing(tmp_path, whole, victim, phase, size):
         evolution.run()
     assert not list(folder.rglob('*.partial'))
     assert resume(folder).finished
-    assert contents(folder) == whole
+    assert read_files(folder) == whole

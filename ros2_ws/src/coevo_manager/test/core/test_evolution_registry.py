@@ -9,6 +9,7 @@ import itertools
 
 import numpy as np
 import pytest
+from evolve_runs import read_files
 from lineages import follow
 
 from coevo_manager.core.evaluation import Lineage
@@ -19,8 +20,8 @@ from coevo_manager.core.evolution import (
     load_configuration,
     optimizers,
 )
+from coevo_manager.core.species import SPECIES
 
-SPECIES = ('predator', 'prey')
 TARGETS = {'predator': 2.0, 'prey': -1.0}
 
 SMALL = {
@@ -100,15 +101,6 @@ class Game:
         self._answers.clear()
 
 
-def contents(folder):
-    """Every file but the log of events, by its path."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob('*'))
-        if path.is_file() and path.name not in ('run.log', 'sessions.json')
-    }
-
-
 @pytest.mark.parametrize(('algorithm', 'optimizer'), CASES)
 def test_a_run_that_was_stopped_goes_on_as_one_that_was_not(tmp_path, algorithm, optimizer):
     configuration = configure(algorithm, optimizer, phases=6, generations=4)
@@ -121,7 +113,7 @@ def test_a_run_that_was_stopped_goes_on_as_one_that_was_not(tmp_path, algorithm,
     assert not evolution.run().finished
     assert Evolution.resume(tmp_path / 'stopped', Game(configuration)).run().finished
     assert Evolution(configuration, Game(configuration), tmp_path / 'whole').run().finished
-    assert contents(tmp_path / 'stopped') == contents(tmp_path / 'whole')
+    assert read_files(tmp_path / 'stopped') == read_files(tmp_path / 'whole')
     assert 'resumed after phase 4' in (tmp_path / 'stopped' / 'run.log').read_text()
 
 

@@ -12,7 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evolve_runs import read_files
 from lineages import follow
+from ros_processes import PATIENCE
 
 from coevo_manager.core.episodes import evaluate_matrix, evaluate_pairs
 from coevo_manager.core.evaluation import Lineage, evaluate_all
@@ -105,15 +107,6 @@ def run(folder, configuration, evaluator=None, observer=None):
 def table(path):
     with path.open() as file:
         return list(csv.DictReader(file))
-
-
-def contents(folder):
-    """Every file but the log of events, by its path."""
-    return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in sorted(folder.rglob('*'))
-        if path.is_file() and path.name not in ('run.log', 'sessions.json')
-    }
 
 
 def episodes(configuration):
@@ -209,12 +202,12 @@ def test_equal_seeds_give_equal_files(tmp_path, optimizer):
         environment = configuration.make_environment()
         evaluator = DisorderlyEvaluator(environment, slots, slots, longest_lineage)
         run(folder, configuration, evaluator)
-        files = contents(folder)
+        files = read_files(folder)
         expected = expected or files
         assert files == expected
     other = tmp_path / 'other'
     run(other, configure(optimizer=optimizer, algorithm='hall_of_fame', seed=2))
-    assert contents(other)['generations.csv'] != expected['generations.csv']
+    assert read_files(other)['generations.csv'] != expected['generations.csv']
 
 
 def test_agents_do_not_wait_for_each_other(tmp_path):
@@ -241,7 +234,7 @@ def test_agents_do_not_wait_for_each_other(tmp_path):
     works_each = configuration.generations + 1  # and one against the whole opposing population
     assert released == [first_evaluation + held + others * works_each]
     run(tmp_path / 'whole', configuration)
-    assert contents(tmp_path / 'held') == contents(tmp_path / 'whole')
+    assert read_files(tmp_path / 'held') == read_files(tmp_path / 'whole')
 
 
 def test_agents_that_send_batches_ask_together_where_slots_are_few(tmp_path):
@@ -257,7 +250,7 @@ def test_agents_that_send_batches_ask_together_where_slots_are_few(tmp_path):
         evaluator = Counting(configuration.make_environment(), slots, 0, longest)
         run(tmp_path / f'{slots}_{longest}', configuration, evaluator)
         assert max(lengths[slots : -3 * slots]) == together * generation
-    assert len({str(contents(folder)) for folder in tmp_path.iterdir()}) == 1
+    assert len({str(read_files(folder)) for folder in tmp_path.iterdir()}) == 1
 
 
 def test_species_swap_after_the_phase_that_completes_each_such_generation(tmp_path):
@@ -348,7 +341,7 @@ def test_a_stop_ends_the_wait_for_evaluators_that_do_not_answer(tmp_path):
     outcomes = []
     thread = threading.Thread(target=lambda: outcomes.append(evolution.run()))
     thread.start()
-    assert asked.wait(120)
+    assert asked.wait(PATIENCE)
     evolution.stop()
     thread.join(10)
     assert [outcome.finished for outcome in outcomes] == [False]
@@ -378,14 +371,14 @@ def test_a_folder_that_holds_something_is_refused(tmp_path):
     configuration = configure(phases=1)
     evaluator = LocalEvaluator(configuration.make_environment())
     run(tmp_path / 'run', configuration)
-    before = contents(tmp_path)
+    before = read_files(tmp_path)
     with pytest.raises(RunFolderError, match='holds another run'):
         Evolution(configuration, evaluator, tmp_path / 'run')
     with pytest.raises(RunFolderError, match='is not empty'):
         Evolution(configuration, evaluator, tmp_path)
     with pytest.raises(RunFolderError, match=r'run\.json is not a folder'):
         Evolution(configuration, evaluator, tmp_path / 'run' / 'run.json' / 'x')
-    assert contents(tmp_path) == before
+    assert read_files(tmp_path) == before
 
 
 def documented(title):
@@ -474,7 +467,7 @@ def test_episodes_per_opponent_count_and_change_results_but_not_their_repeatabil
     run(tmp_path / 'one', configuration)
     shuffled = DisorderlyEvaluator(configuration.make_environment(), 3)
     run(tmp_path / 'other', configuration, shuffled)
-    assert contents(tmp_path / 'one') == contents(tmp_path / 'other')
+    assert read_files(tmp_path / 'one') == read_files(tmp_path / 'other')
     last = table(tmp_path / 'one' / 'phases.csv')[-1]
     assert int(last['episodes']) == episodes(configuration)
     once = configure(**values | {'episodes_per_opponent': 1})
@@ -501,9 +494,9 @@ def test_fresh_noise_is_counted_repeatable_and_other_noise(tmp_path, algorithm, 
     run(tmp_path / 'one', configuration, LocalEvaluator(environment))
     run(tmp_path / 'two', configuration, LocalEvaluator(environment, threads=2))
     run(tmp_path / 'never', configure(**values))
-    one = contents(tmp_path / 'one')
-    assert one == contents(tmp_path / 'two')
-    assert one['generations.csv'] != contents(tmp_path / 'never')['generations.csv']
+    one = read_files(tmp_path / 'one')
+    assert one == read_files(tmp_path / 'two')
+    assert one['generations.csv'] != read_files(tmp_path / 'never')['generations.csv']
     assert int(table(tmp_path / 'one' / 'phases.csv')[-1]['episodes']) == episodes(configuration)
     # Rankings are over the noise that a pair always meets.
     with np.load(tmp_path / 'one' / 'snapshots' / 'gen_000012.npz') as file:
