@@ -65,6 +65,7 @@ def connect(address: str):
         Nothing answers there, or not to us.
     """
     from distributed import Client
+    from distributed.security import Security
 
     match = _ADDRESS.fullmatch(address)
     if not match or int(match[4]) > 65535:
@@ -74,6 +75,11 @@ def connect(address: str):
         )
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
+        # Before there is a client: one that is half made leaves its thread running, and hangs the
+        # next when it is collected.
+        credentials = Security().get_connection_args('client')
+        if match[2] == 'tls' and credentials['ssl_context'] is None:
+            raise ValueError('its clients need credentials, and Dask is configured with none')
         return Client(address, timeout=TIMEOUT)
     except (OSError, ValueError, TypeError) as error:
         reason = ' '.join(str(error).split())[:300]

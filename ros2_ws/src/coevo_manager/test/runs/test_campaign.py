@@ -124,7 +124,7 @@ def test_hostile_files(tmp_path, capsys, content):
         ('http://localhost:80', 'expected the address'),
         ('tcp://localhost:99999', 'expected the address'),
         ('tcp://localhost:1', 'no scheduler answers there'),
-        ('tls://localhost:1', 'no scheduler answers there'),
+        ('tls://localhost:1', 'Dask is configured with none'),
     ],
 )
 def test_a_wrong_address_is_a_sentence(tmp_path, capsys, monkeypatch, address, sentence):
@@ -135,6 +135,7 @@ def test_a_wrong_address_is_a_sentence(tmp_path, capsys, monkeypatch, address, s
     assert address in error
     assert sentence in error
     assert '\n' not in error
+    assert 'IO loop' not in {thread.name for thread in threading.enumerate()}
 
 
 def test_strangers_cannot_use_its_cluster(client):
