@@ -55,7 +55,9 @@ class Populations:
         return random_genomes(80, generator), random_genomes(80, generator)
 
     def _evolved(self, arena):
-        configuration = load_configuration({'environment': arena, 'phases': self._phases})
+        configuration = load_configuration(
+            {'world': 'faithful', 'environment': arena, 'phases': self._phases}
+        )
         with tempfile.TemporaryDirectory() as folder:
             evaluator = LocalEvaluator(ARENAS[arena], threads=CORES)
             Evolution(configuration, evaluator, Path(folder) / 'run').run()
@@ -156,7 +158,7 @@ class Bench:
 
     def optimizers(self):
         """The same with each of the other optimizers, whose generations have many candidates."""
-        warm_up, phases = (0, 1) if self.quick else (2, 2)
+        warm_up, phases = (0, 1) if self.quick else (10, 2)
         for name in optimizers.names():
             if name != 'one_plus_one':
                 self._loop(measure_loop(2, warm_up, phases, self.runs, name), f', {name}')
