@@ -7,6 +7,9 @@ import sys
 import pytest
 from evolve_runs import TOY, read_files
 from ros_processes import ROOT
+from rosbags.highlevel import AnyReader
+
+from coevo_manager.recording.message_types import make_typestore
 
 LOSS = 0.2
 CLIENT = """
@@ -64,3 +67,27 @@ def test_a_run_is_the_same(start, loss, tmp_path):
         run = start(['coevo_manager', 'evolve', *options, '--out', tmp_path / name], changes)
         assert run.wait(250) == 0, run.stderr_text
     assert read_files(tmp_path / 'lossy') == read_files(tmp_path / 'whole')
+
+
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize('losing', [False, True])
+def test_a_recording_is_whole_or_an_error(start, loss, tmp_path, losing):
+    bag = tmp_path / 'bag'
+    options = ['--world', 'robust', '--episode-ticks', '40']
+    record = start(['coevo_manager', 'record', bag, *options], loss if losing else {})
+    if record.wait(250) == 0:
+        with AnyReader([bag], default_typestore=make_typestore()) as reader:
+            stamps = {connection.topic: set() for connection in reader.connections}
+            for connection, _, data in reader.messages():
+                message = reader.deserialize(data, connection.msgtype)
+                if hasattr(message, 'header'):
+                    stamps[connection.topic].add(
+                        (message.header.stamp.sec, message.header.stamp.nanosec)
+                    )
+        for robot in ('predator', 'prey'):
+            for name in ('proximity', 'camera', 'ground', 'traction', 'cmd_vel', 'neurons'):
+                assert len(stamps[f'/{robot}/{name}']) == 40
+    else:
+        assert losing
+        assert len(record.stderr_text.splitlines()) == 1
+        assert not bag.exists()

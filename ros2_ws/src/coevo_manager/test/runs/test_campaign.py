@@ -14,7 +14,7 @@ from distributed.security import Security
 from evolve_runs import phases_completed, read_files
 
 from coevo_manager import cluster
-from coevo_manager.cluster import own_cluster
+from coevo_manager.cluster import ClusterError, connect, own_cluster
 from coevo_manager.runs import campaign
 from coevo_manager.runs.jobs import CampaignError, execute, read_campaign
 
@@ -135,7 +135,13 @@ def test_a_wrong_address_is_a_sentence(tmp_path, capsys, monkeypatch, address, s
     assert address in error
     assert sentence in error
     assert '\n' not in error
-    assert 'IO loop' not in {thread.name for thread in threading.enumerate()}
+
+
+def test_who_has_no_credentials_leaves_no_client_half_made():
+    threads = threading.active_count()
+    with pytest.raises(ClusterError, match='need credentials'):
+        connect('tls://localhost:1')
+    assert threading.active_count() == threads
 
 
 def test_strangers_cannot_use_its_cluster(client):
