@@ -100,7 +100,7 @@ def test_what_is_no_file_is_said(tmp_path):
         ('', 'cannot be read: Is a directory'),
         ('text/more', 'cannot be read: Not a directory'),
         ('text', r'text is damaged: line 2, byte 0xe9 is not UTF-8'),
-        ('/dev/zero', '/dev/zero is damaged: it has more than 1000 bytes'),
+        ('/dev/zero', '/dev/zero cannot be read: Is a device'),
     ):
         with pytest.raises(ReadingError, match=sentence):
             read_text(tmp_path / path, 1000)

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import math
 import os
+import stat
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -47,10 +49,18 @@ def reading(path: Path | str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def opened(path: Path | str) -> Iterator[BinaryIO]:
-    """Open a file; a named pipe that nobody writes to is empty, and not waited for."""
+    """Open a file; a named pipe that nobody writes to is empty, and not waited for.
+
+    Raises
+    ------
+    OSError
+        It cannot be opened, or is a device, which may have no end.
+    """
     descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
     os.set_blocking(descriptor, True)
     with os.fdopen(descriptor, 'rb') as file:
+        if stat.S_ISCHR(os.fstat(descriptor).st_mode):
+            raise OSError(errno.ENODEV, 'Is a device', str(path))
         yield file
 
 
