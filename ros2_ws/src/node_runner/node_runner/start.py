@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import itertools
+import os
+import pwd
 import re
 import sys
 from collections.abc import Iterator, Sequence
@@ -18,6 +20,22 @@ from rclpy.utilities import remove_ros_args
 DEEPEST = 100
 """Brackets within brackets of a parameter file; rcl takes minutes for some ten thousand."""
 
+_SWITCH = (re.compile('|0|1'), '0 or 1')
+_VARIABLES = {
+    'ROS_DOMAIN_ID': (
+        re.compile(r'|\d{1,2}|1\d\d|2[0-2]\d|23[0-2]', re.ASCII),
+        'a whole number from 0 to 232',
+    ),
+    'ROS_AUTOMATIC_DISCOVERY_RANGE': (
+        re.compile('|SUBNET|LOCALHOST|OFF|SYSTEM_DEFAULT'),
+        'SUBNET, LOCALHOST, OFF or SYSTEM_DEFAULT',
+    ),
+    'RCUTILS_COLORIZED_OUTPUT': _SWITCH,
+    'RCUTILS_LOGGING_BUFFERED_STREAM': _SWITCH,
+    'RCUTILS_LOGGING_USE_STDOUT': _SWITCH,
+}
+"""What ROS reads in the environment and refuses in several lines or not at all."""
+
 
 def own_arguments(command_line: Sequence[str]) -> list[str]:
     """Return the arguments that are not for ROS; bad ROS arguments exit with code 2."""
@@ -28,6 +46,11 @@ def own_arguments(command_line: Sequence[str]) -> list[str]:
 def start_ros(command_line: Sequence[str]) -> None:
     """Initialise rclpy, leaving the signals alone; bad ROS arguments exit with code 2."""
     with _refusing(command_line):
+        if not any(os.environ.get(name) for name in ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')):
+            with contextlib.suppress(
+                KeyError
+            ):  # rcl's logs need a home, and it looks nowhere else
+                os.environ['HOME'] = pwd.getpwuid(os.getuid()).pw_dir
         rclpy.init(args=list(command_line), signal_handler_options=SignalHandlerOptions.NO)
 
 
@@ -49,21 +72,39 @@ def _check(file: Path) -> None:
             raise ValueError(f'parameter file {file} has more than {DEEPEST} brackets in brackets')
 
 
+def _check_variables() -> None:
+    """Refuse by a ValueError an environment variable with which rclpy would not start."""
+    for name, (pattern, expected) in _VARIABLES.items():
+        value = os.environ.get(name, '')
+        if not pattern.fullmatch(value):
+            raise ValueError(f'{name} is {value[:40]!r}, expected {expected}')
+
+
 def complain(command_line: Sequence[str], error: object) -> None:
-    """Print on stderr what went wrong, after the name of the program."""
-    print(f'{Path(command_line[0]).stem}: {error}', file=sys.stderr)
+    """Print on stderr in one line what went wrong, after the name of the program."""
+    said = re.sub(r'\s*, at \S+:\d+', '', str(error))  # rcl adds places in its sources
+    print(f'{Path(command_line[0]).stem}: {" ".join(said.split())}', file=sys.stderr)
 
 
 @contextlib.contextmanager
 def _refusing(command_line: Sequence[str]) -> Iterator[None]:
-    set_logger_level('rcl', LoggingSeverity.FATAL)  # it would say the same in lines of its own
     try:
-        for file in parameter_files(command_line):
-            _check(file)
-        yield
+        _check_variables()
+        with _rcl_silent():
+            for file in parameter_files(command_line):
+                _check(file)
+            yield
     except (ValueError, OSError, _rclpy.RCLError, _rclpy.UnknownROSArgsError) as error:
-        complain(command_line, ' '.join(str(error).split(', at ')[0].split()))
+        complain(command_line, error)
         sys.exit(2)
+
+
+@contextlib.contextmanager
+def _rcl_silent() -> Iterator[None]:
+    """Keep rcl from logging what it raises, in lines of its own."""
+    set_logger_level('rcl', LoggingSeverity.FATAL)
+    try:
+        yield
     finally:
         if get_logger_level('rcl') == LoggingSeverity.FATAL:
             set_logger_level('rcl', LoggingSeverity.UNSET)

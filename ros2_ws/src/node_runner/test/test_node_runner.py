@@ -55,6 +55,37 @@ def test_bad_ros_arguments_are_refused_in_one_sentence(start):
     assert '--nonsense' in line
 
 
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('ROS_DOMAIN_ID', 'abc'),
+        ('ROS_DOMAIN_ID', '233'),
+        ('ROS_AUTOMATIC_DISCOVERY_RANGE', 'here'),
+        ('RCUTILS_COLORIZED_OUTPUT', 'yes'),
+    ],
+)
+def test_a_variable_with_which_ros_would_not_start_is_named(start, name, value):
+    process = start(program('return 0'), {name: value})
+    assert process.wait() == 2
+    (line,) = process.stderr_text.splitlines()
+    assert line.startswith(f"work: {name} is '{value}', expected ")
+
+
+def test_no_home_is_needed(start):
+    process = start(
+        program("Node('n'); return 0"), {'HOME': '', 'ROS_HOME': '', 'ROS_LOG_DIR': ''}
+    )
+    assert process.wait() == 0
+    assert process.stderr_text == ''
+
+
+def test_what_rcl_raises_is_one_line(start):
+    process = start(program("Node('n')"), {'ROS_STATIC_PEERS': '###'})
+    assert process.wait() == 1
+    line = process.stderr_text.splitlines()[-1]
+    assert line == 'work: error creating node: Unable to resolve peer ###'
+
+
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_ends_a_wait_with_exit_code_0(start, number):
     body = "print('up', flush=True); wait_until(make_executor(Node('n')), lambda: 0, 60, 'rain')"
