@@ -12,7 +12,11 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-TESTS = {'processes': ['-m', 'processes'], 'suite': []}
+TESTS = {
+    'processes': ['-m', 'processes'],
+    'suite': [],
+    'records': ['tests/test_packet_loss.py', '-k', 'recording', '--count', '100'],
+}
 LOADS = ('quiet', 'busy', 'one_core')
 ROWS = {
     'processes quiet': 10,
@@ -20,6 +24,7 @@ ROWS = {
     'processes one_core': 10,
     'suite busy': 5,
     'suite one_core': 5,
+    'records quiet': 1,
 }
 """Runs of each row, a set of tests and a load."""
 
