@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from coevo_manager.analysis.measures.statistics import bootstrap_interval
 from coevo_manager.analysis.runs import AnalysisError, Replication
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes import evaluate_matrix
@@ -137,8 +138,9 @@ def measure_transfer(
     -------
     DataFrame
         For each run, condition, perturbed robots and species: the champions' mean `fitness`, its
-        `change` from the kernel with a 95 % bootstrap interval over champions, `low` to `high`,
-        and the `rank_correlation` (Spearman) of the champions' fitness here and in the kernel.
+        `change` from the kernel with a 95 % bootstrap interval over champions, `low` to `high`
+        (NaN of a single one), and the `rank_correlation` (Spearman) of the champions' fitness
+        here and in the kernel.
 
     Raises
     ------
@@ -194,12 +196,7 @@ def _common_environment(runs: Sequence[Replication]) -> Environment:
 
 def _compare(here: np.ndarray, there: np.ndarray) -> dict[str, float]:
     change = here - there
-    low = high = change.mean()
-    if np.ptp(change) > 0:
-        interval = stats.bootstrap(
-            (change,), np.mean, method='percentile', rng=np.random.default_rng(0)
-        ).confidence_interval
-        low, high = interval.low, interval.high
+    low, high = bootstrap_interval(change)
     varies = np.ptp(here) > 0 and np.ptp(there) > 0
     return {
         'fitness': here.mean(),
