@@ -1,8 +1,8 @@
 # Both commands of the README, ready to run:
 #   docker build -t red-queen .
-#   docker run --rm -it --shm-size 512m -v "$PWD/runs:/red-queen/runs" red-queen \
+#   docker run --init --rm -it --shm-size 512m -v "$PWD/runs:/red-queen/runs" red-queen \
 #       scripts/ros2 run coevo_manager evolve
-#   docker run --rm -it --shm-size 512m red-queen scripts/test
+#   docker run --init --rm -it --shm-size 512m red-queen scripts/test
 FROM debian:12-slim
 
 RUN apt-get update && DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \

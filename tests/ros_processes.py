@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
+import psutil
+
 ROOT = Path(__file__).resolve().parent.parent
 PATIENCE = 120.0
 """How long anything may take, s; a limit for what hangs, also where the machine is very busy.
@@ -122,6 +124,14 @@ def wait_until(condition: Callable[[], object], what: str, timeout: float = PATI
         if time.monotonic() > deadline:
             raise AssertionError(f'waited {timeout} s in vain for {what}')
         time.sleep(0.02)
+
+
+def has_ended(process: psutil.Process) -> bool:
+    """Tell whether a process has ended, be it that nobody asks how: process 1 of a container."""
+    try:
+        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True
 
 
 @contextlib.contextmanager

@@ -7,10 +7,9 @@ import signal
 import sys
 
 import numpy as np
-import psutil
 import pytest
 from evolve_runs import TOY, evaluators_of, phases_completed, read_files, toy_files
-from ros_processes import wait_until
+from ros_processes import has_ended, wait_until
 
 from coevo_manager.core.episodes import evaluate_matrix
 from coevo_manager.core.evolution.fields import all_fields
@@ -94,8 +93,7 @@ def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, long_files):
     assert len(status['evaluators']) == 2
     reasons = [loss['reason'] for loss in status['losses']]
     assert 'ended by SIGKILL' in reasons and 'is late and was ended' in reasons
-    assert not first.is_running()
-    assert not second.is_running()
+    assert has_ended(first) and has_ended(second)
     assert read_files(out) == long_files
 
 
@@ -130,7 +128,7 @@ def test_ctrl_c_leaves_nothing_and_the_run_can_go_on(start, tmp_path, long_files
     assert len(evaluators) == 2
     run.send_signal(signal.SIGINT)
     assert run.wait() == 130
-    assert not any(process.is_running() for process in evaluators)
+    assert all(has_ended(process) for process in evaluators)
     assert f'evolve --resume {out}' in run.stdout_text
     assert phases_completed(out) < 400
     resumed = start(['coevo_manager', 'evolve', '--resume', out])
@@ -152,8 +150,7 @@ def test_evaluators_end_with_a_killed_run(start, tmp_path):
     wait_until(lambda: phases_completed(out) >= 1, 'a phase')
     evaluators = evaluators_of(run.pid)
     run.kill()
-    psutil.wait_procs(evaluators, timeout=10)
-    assert not any(process.is_running() for process in evaluators)
+    wait_until(lambda: all(has_ended(process) for process in evaluators), 'their end')
 
 
 def test_a_terminal_gets_a_progress_bar(start, tmp_path):

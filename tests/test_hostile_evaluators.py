@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from evolve_runs import TOY, evaluators_of, read_files, toy_files
-from ros_processes import wait_until
+from ros_processes import has_ended, wait_until
 
 HOSTILE = """
 import os, signal, sys, threading
@@ -119,7 +119,7 @@ def test_an_evaluator_that_is_stopped_while_it_starts_holds_up_nobody(start, tmp
     assert other.wait(150) == 0, other.stderr_text
     assert run.wait(150) == 0, run.stderr_text
     assert 'is late and was ended' in run.stdout_text
-    assert not first.is_running()
+    assert has_ended(first)
     assert read_files(out) == read_files(tmp_path / 'other') == toy
 
 
@@ -129,4 +129,4 @@ def test_evaluators_end_with_a_killed_run_even_if_they_are_stopped(start, tmp_pa
     (first,) = evaluators_of(run.pid)
     first.send_signal(signal.SIGSTOP)
     run.kill()
-    wait_until(lambda: not first.is_running(), 'the end of the evaluator')
+    wait_until(lambda: has_ended(first), 'the end of the evaluator')

@@ -21,7 +21,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
 from ros_client import GoalClient
-from ros_processes import ROOT, wait_until
+from ros_processes import ROOT, has_ended, wait_until
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import LaserScan
 
@@ -379,5 +379,5 @@ def test_a_killed_simulator_ends_the_episode_with_a_sentence(starter, tmp_path):
     simulators()[0].kill()
     assert process.wait() == 1
     assert 'a process of the episode ended' in process.stderr_text
-    assert not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in others)
+    assert all(has_ended(process) for process in others)
     assert not bag.exists() and not list(tmp_path.glob('.bag*'))

@@ -7,7 +7,7 @@ import sys
 
 import psutil
 import pytest
-from ros_processes import wait_until
+from ros_processes import has_ended, wait_until
 
 from node_runner import Complaints
 from node_runner.children import Child, end_all
@@ -106,9 +106,7 @@ def test_children_end_with_a_killed_parent(start):
     wait_until(parent.children, 'the child')
     (child,) = parent.children()
     process.kill()
-    wait_until(
-        lambda: not child.is_running() or child.status() == psutil.STATUS_ZOMBIE, 'its end', 20
-    )
+    wait_until(lambda: has_ended(child), 'its end')
 
 
 PARENT = """
@@ -164,9 +162,8 @@ def test_stopped_children_are_ended_and_obstinate_ones_killed():
 def _living(*command):
     """Return the processes of a command that have not ended."""
     found = []
-    for process in psutil.process_iter(['cmdline', 'status']):
-        ended = process.info['status'] == psutil.STATUS_ZOMBIE
-        if process.info['cmdline'] == list(command) and not ended:
+    for process in psutil.process_iter(['cmdline']):
+        if process.info['cmdline'] == list(command) and not has_ended(process):
             found.append(process)
     return found
 
