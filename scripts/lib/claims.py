@@ -172,7 +172,8 @@ def cross_table(folder):
             if pd.notna(row.bootstrap_low)
             else ''
         )
-        p = f'{row.p_paired_holm:.3f}' if pd.notna(row.p_paired_holm) else ''
+        p = row.p_paired_holm
+        p = '' if pd.isna(p) else '< 0.001' if p < 0.001 else f'{p:.3f}'
         rows.append(
             [
                 *(row.arena, row.species, row.agents, row.against),
