@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 import pandas as pd
-from marked_pages import MarkedPage, markdown
+from marked_pages import MarkedPage, markdown, probability
 
 from coevo_manager.analysis.report.tables import write
 
@@ -172,13 +172,11 @@ def cross_table(folder):
             if pd.notna(row.bootstrap_low)
             else ''
         )
-        p = row.p_paired_holm
-        p = '' if pd.isna(p) else '< 0.001' if p < 0.001 else f'{p:.3f}'
         rows.append(
             [
                 *(row.arena, row.species, row.agents, row.against),
                 f'{row.difference:+.3f}{interval}',
-                p,
+                probability(row.p_paired_holm),
             ]
         )
     header = [

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from marked_pages import MarkedPage, markdown
+from marked_pages import MarkedPage, markdown, probability
 
 from coevo_manager.analysis.figures import draw
 from coevo_manager.analysis.figures.charts import (
@@ -180,7 +180,7 @@ def page_text(table, found):
         text += '\n' + markdown(
             [f'against {REFERENCE}', 'difference in the cross-test', 'p, Holm'],
             [
-                [row.condition, f'{row.difference:+.3f}', f'{row.p_holm:.3f}']
+                [row.condition, f'{row.difference:+.3f}', probability(row.p_holm)]
                 for row in found.itertuples()
             ],
         )
@@ -201,15 +201,16 @@ def charts(table, curves):
     for species in SPECIES:
         lines = []
         for place, name in enumerate(names):
+            again, colour = divmod(place, len(CONDITION_COLOURS))
             own = [c[species] for c, n in zip(curves, table.condition, strict=True) if n == name]
             lines.append(
                 Line(
                     shares,
                     np.mean(own, axis=0),
                     name,
-                    CONDITION_COLOURS[place % len(CONDITION_COLOURS)],
-                    dashed=place >= len(CONDITION_COLOURS),
-                    marker=CONDITION_MARKERS[place % len(CONDITION_MARKERS)],
+                    CONDITION_COLOURS[colour],
+                    dashed=again == 1,
+                    marker=CONDITION_MARKERS[(colour + again) % len(CONDITION_MARKERS)],
                 )
             )
         rows.append(

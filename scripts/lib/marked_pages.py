@@ -1,5 +1,6 @@
 """Pages of docs/ of which a script writes a part: that between two lines ``<!-- NAME -->``."""
 
+import math
 import re
 
 from coevo_manager.core.evolution.files import write_whole
@@ -40,3 +41,8 @@ def markdown(header, rows):
     """Return a Markdown table; all cells are text."""
     lines = [header, ['---'] * len(header), *rows]
     return ''.join(f'| {" | ".join(line)} |\n' for line in lines)
+
+
+def probability(p):
+    """Return the text of a probability; '' where it is NaN."""
+    return '' if math.isnan(p) else '< 0.001' if p < 0.001 else f'{p:.3f}'

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +87,7 @@ def draw(chart: Chart) -> Figure:
                 shown.values(),
                 shown.keys(),
                 loc='outside lower center',
-                ncols=min(len(shown), 5),
+                ncols=min(len(shown), 5, max(1, 110 // (max(map(len, shown)) + 6))),
                 title=chart.note or None,
                 title_fontsize=7,
             )
@@ -146,7 +146,7 @@ def draw_panel(axes: Axes, panel: Panel) -> dict[str, Any]:
             bbox={'facecolor': 'white', 'alpha': 0.8, 'edgecolor': 'none', 'pad': 1.5},
         )  # fmt: skip
     if panel.categories is not None:
-        axes.set_xticks(range(len(panel.categories)), panel.categories)
+        _name_ticks(axes, panel.categories)
         axes.set_xlim(-0.5, len(panel.categories) - 0.5)
         axes.grid(axis='x', visible=False)
     elif not bars:
@@ -226,9 +226,18 @@ def _bars(axes: Axes, mark: Bars, place: int, count: int) -> Any:
         axes.errorbar(
             x, mark.y, _around(mark), fmt='none', ecolor='#222222', elinewidth=0.9, capsize=2.5
         )
-    axes.set_xticks(range(len(mark.groups)), mark.groups)
+    _name_ticks(axes, mark.groups)
     axes.grid(axis='x', visible=False)
     return handle
+
+
+def _name_ticks(axes: Axes, names: Sequence[str]) -> None:
+    """Write names below the axis, slanted where they are many."""
+    many = sum(map(len, names)) > 60
+    slant: dict[str, Any] = (
+        {'rotation': 40, 'ha': 'right', 'rotation_mode': 'anchor'} if many else {}
+    )
+    axes.set_xticks(range(len(names)), names, **slant)
 
 
 def _around(mark: Points | Bars) -> np.ndarray:
