@@ -6,7 +6,7 @@
 FROM debian:12-slim
 
 RUN apt-get update && DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends \
-        build-essential ca-certificates chromium chromium-driver git iproute2 procps \
+        build-essential ca-certificates chromium chromium-driver git \
         python3 python3-dev python3-venv \
     && rm -rf /var/lib/apt/lists/*
 
