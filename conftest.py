@@ -1,7 +1,9 @@
 """Fixtures that every test may use, and what is done when all have ended."""
 
+import subprocess
+
 import pytest
-from ros_processes import clean_shared_memory, process_starter, ros_environment
+from ros_processes import ROOT, clean_shared_memory, process_starter, ros_environment
 
 MARKERS = {'browser': {'page'}, 'processes': {'ros_env', 'env'}}
 """Markers, and the fixtures whose tests bear them."""
@@ -45,6 +47,17 @@ def client(env):
 
     with ros_client(env) as the_client:
         yield the_client
+
+
+@pytest.fixture(scope='session')
+def packets_library(tmp_path_factory):
+    """The compiled tests/packets.c, to be preloaded."""
+    library = tmp_path_factory.mktemp('packets') / 'packets.so'
+    source = ROOT / 'tests' / 'packets.c'
+    subprocess.run(
+        ['cc', '-Wall', '-Werror', '-shared', '-fPIC', '-o', library, source, '-ldl'], check=True
+    )
+    return library
 
 
 def pytest_collection_modifyitems(items):

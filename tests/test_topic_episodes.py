@@ -10,6 +10,7 @@ import psutil
 import pytest
 import yaml
 from action_msgs.msg import GoalStatus
+from bag_stamps import stamps_of
 from coevo_msgs.action import RunEpisode
 from imageio_ffmpeg import count_frames_and_secs
 from lifecycle_msgs.msg import State
@@ -74,14 +75,6 @@ def pairs(condition):
         yield random_genomes(2, rng)
 
 
-def stamps_of(reader, topic):
-    """Yield the topic's ticks, by its messages' stamps."""
-    connections = [c for c in reader.connections if c.topic == topic]
-    for connection, _, data in reader.messages(connections=connections):
-        stamp = reader.deserialize(data, connection.msgtype).header.stamp
-        yield topic, round(stamp.sec * 10 + stamp.nanosec * 1e-8) - 1
-
-
 @pytest.fixture(scope='module')
 def recorded(client, tmp_path_factory):
     """A bag of a short obstacle episode, what its player saw, and the wire's type hashes."""
@@ -121,7 +114,7 @@ def test_a_bag_holds_every_message_of_every_topic(recorded):
         per_tick = {'proximity', 'camera', 'ground', 'traction', 'cmd_vel', 'neurons'}
         for robot in ('predator', 'prey'):
             for name in per_tick:
-                stamps = {stamp for topic, stamp in stamps_of(reader, f'/{robot}/{name}')}
+                stamps = set(stamps_of(reader, f'/{robot}/{name}'))
                 assert stamps == set(range(episode.ticks))
             for name in ('odom', 'ground_truth', 'joint_states'):
                 assert counts[f'/{robot}/{name}'] == episode.ticks + 1

@@ -59,7 +59,7 @@ class Populations:
             {'world': 'faithful', 'environment': arena, 'phases': self._phases}
         )
         with tempfile.TemporaryDirectory() as folder:
-            evaluator = LocalEvaluator(ARENAS[arena], threads=CORES)
+            evaluator = LocalEvaluator(configuration.make_environment(), threads=CORES)
             Evolution(configuration, evaluator, Path(folder) / 'run').run()
             last = sorted((Path(folder) / 'run' / 'snapshots').iterdir())[-1]
             with np.load(last, allow_pickle=False) as snapshot:

@@ -148,7 +148,6 @@ def draw_panel(axes: Axes, panel: Panel) -> dict[str, Any]:
     if panel.categories is not None:
         _name_ticks(axes, panel.categories)
         axes.set_xlim(-0.5, len(panel.categories) - 0.5)
-        axes.grid(axis='x', visible=False)
     elif not bars:
         _numbers(axes.xaxis, 4)
     return handles
@@ -227,17 +226,17 @@ def _bars(axes: Axes, mark: Bars, place: int, count: int) -> Any:
             x, mark.y, _around(mark), fmt='none', ecolor='#222222', elinewidth=0.9, capsize=2.5
         )
     _name_ticks(axes, mark.groups)
-    axes.grid(axis='x', visible=False)
     return handle
 
 
 def _name_ticks(axes: Axes, names: Sequence[str]) -> None:
-    """Write names below the axis, slanted where they are many."""
+    """Write names below the axis in place of a grid, slanted where they are many."""
     many = sum(map(len, names)) > 60
     slant: dict[str, Any] = (
         {'rotation': 40, 'ha': 'right', 'rotation_mode': 'anchor'} if many else {}
     )
     axes.set_xticks(range(len(names)), names, **slant)
+    axes.grid(axis='x', visible=False)
 
 
 def _around(mark: Points | Bars) -> np.ndarray:
