@@ -18,7 +18,7 @@ from coevo_manager.core.episodes import (
 from coevo_manager.core.episodes.numbering import episode_numbers
 from marxbot_sim.core.disturbance import PerturbedRobots
 from marxbot_sim.core.parameters import START_POSES
-from marxbot_sim.core.perturbations import PERFECT, Perturbations
+from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import random_genomes
 
 IMPERFECT = Perturbations(
@@ -31,6 +31,7 @@ IMPERFECT = Perturbations(
     latency_ticks=1,
     battery=0.9,
     command_loss=0.05,
+    start_distance=1.3,
     start_displacement=0.3,
     start_rotation=3.0,
     seed=11,
@@ -164,11 +165,12 @@ def test_robots_start_elsewhere_against_each_opponent_and_alike_against_the_same
 def test_imperfect_robots_are_those_of_the_reference(robots):
     """Tick by tick, in float64 and from other code: starts, noise, losses, latency, battery."""
     some = dataclasses.replace(IMPERFECT, robots=robots, latency_ticks=2, command_loss=0.3)
+    others = Perturbations(start_distance=some.start_distance)
     speeds, opponents, rng = (8.5, 10.0), (2**63 + 5, 17), np.random.default_rng(4)
     robots_here = PerturbedRobots(some, speeds)
     robots_here.begin(opponents)
     references = [
-        reference.disturbance.Robot(some if some.affects(i) else PERFECT, i, speeds[i], number)
+        reference.disturbance.Robot(some if some.affects(i) else others, i, speeds[i], number)
         for i, number in enumerate(opponents)
     ]
     np.testing.assert_allclose(

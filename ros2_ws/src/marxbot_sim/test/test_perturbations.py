@@ -164,20 +164,31 @@ def test_one_robot_alone_can_be_imperfect():
     assert (turning[0, 1] == 0).all()
 
 
-def test_starts_fill_a_disc_and_never_touch_anything():
-    widest = Perturbations(start_displacement=0.35, start_rotation=math.pi)
+@pytest.mark.parametrize('distance', [1.0, 1.5, 2.0])
+def test_starts_fill_a_disc_and_never_touch_anything(distance):
+    widest = Perturbations(
+        start_distance=distance, start_displacement=0.35, start_rotation=math.pi
+    )
     robots = PerturbedRobots(widest, SPEEDS)
     world = World(Arena(obstacle=True))
     starts = np.array([robots.starts((episode, episode)) for episode in range(2000)])
     for poses in starts:
         world.reset(poses)
-    away = starts - START_POSES
+    away = starts - np.multiply(START_POSES, (distance, 1, 1))
     radius = np.hypot(away[..., 0], away[..., 1])
     assert radius.max() <= 0.35 + 1e-9
     assert (radius < 0.35 / math.sqrt(2)).mean() == pytest.approx(0.5, abs=0.03)
     assert np.abs(away[..., :2].mean(axis=0)).max() < 0.02
     assert stats.kstest(away[..., 2].ravel() / math.pi, stats.uniform(-1, 2).cdf).pvalue > 1e-3
     assert np.hypot(*starts[..., :2].T).min() > OBSTACLE_RADIUS + BODY_RADIUS
+    assert np.abs(starts[..., :2]).max() < 1.5 - BODY_RADIUS
+
+
+def test_both_robots_start_farther_apart_whoever_is_imperfect():
+    far = Perturbations(start_distance=1.5, robots='prey')
+    assert not far.active
+    assert not far.random
+    assert PerturbedRobots(far, SPEEDS).starts((4, 5)) == ((-0.75, 0, 0), (0.75, 0, math.pi))
 
 
 def test_off_leaves_the_arrays_alone():
@@ -224,6 +235,8 @@ def test_the_simulation_perturbs_each_episode_anew_and_repeats_it(physics):
         ('latency_ticks', 11),
         ('battery', 0.0),
         ('command_loss', 1.1),
+        ('start_distance', 0.9),
+        ('start_distance', 2.1),
         ('start_displacement', 0.4),
         ('start_rotation', 4.0),
         ('wheel_radius_scale', 0),

@@ -134,6 +134,7 @@ class Configuration:
     battery: float = same_as(OPTIONS['battery'])
     wheel_radius_scale: float = same_as(OPTIONS['wheel_radius_scale'])
     wheel_separation_scale: float = same_as(OPTIONS['wheel_separation_scale'])
+    start_distance: float = same_as(OPTIONS['start_distance'])
     start_displacement: float = same_as(OPTIONS['start_displacement'])
     start_rotation: float = same_as(OPTIONS['start_rotation'])
     perturbed_robots: str = same_as(OPTIONS['perturbed_robots'])

@@ -74,6 +74,7 @@ def test_every_condition_of_an_episode_can_be_configured():
         latency_ticks=2,
         battery=0.9,
         command_loss=0.1,
+        start_distance=1.5,
         start_displacement=0.2,
         start_rotation=1.0,
         robots='prey',

@@ -4,16 +4,18 @@ import math
 from dataclasses import dataclass, fields
 
 from marxbot_sim.core.fields import check_fields, described
+from marxbot_sim.core.parameters import START_DISTANCE
 
 ROBOTS = ('both', 'predator', 'prey')
 """Whom perturbations can affect."""
 
 MAX_LATENCY_TICKS = 10
+MAX_START_DISTANCE = 2.0
 MAX_START_DISPLACEMENT = 0.35
 """Farthest that a start may be displaced, m: the robots still stand clear of each other and of the
-obstacle."""
+obstacle, and in an arena of 3 m of its walls."""
 
-_OF_STARTS = ('start_displacement', 'start_rotation', 'robots', 'seed')
+_OF_STARTS = ('start_distance', 'start_displacement', 'start_rotation', 'robots', 'seed')
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,14 @@ class Perturbations:
     )
     command_loss: float = described(
         0.0, 'probability that a wheel command is lost', minimum=0.0, maximum=1.0
+    )
+    start_distance: float = described(
+        START_DISTANCE,
+        'distance from the start of the predator to that of the prey, which face each other, '
+        'whoever is imperfect',
+        'm',
+        START_DISTANCE,
+        MAX_START_DISTANCE,
     )
     start_displacement: float = described(
         0.0,

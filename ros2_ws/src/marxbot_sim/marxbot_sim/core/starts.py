@@ -1,4 +1,4 @@
-"""Where robots start, as far as their starts are perturbed: drawn anew for each episode."""
+"""Where robots start; a perturbed start is drawn anew for each episode."""
 
 import math
 
@@ -6,30 +6,29 @@ import numba
 import numpy as np
 
 from marxbot_sim.core.layout import CONTACT, COSINE, SINE, X, Y
-from marxbot_sim.core.parameters import START_POSES
+from marxbot_sim.core.parameters import START_DISTANCE, START_POSES
 from marxbot_sim.core.perturbations import PERFECT
 from marxbot_sim.core.randomness import random_bits, uniform
 from simd_lanes import HALF, compile_kernel
 
-_DISPLACEMENT, _ROTATION = range(2)
+_X, _Y, _HEADING, _DISPLACEMENT, _ROTATION = range(5)
 _NOISE, _PLACE, _TURN = range(3)  # the numbers of an episode
-_STARTS = np.array(START_POSES)
 
 
 def make_starts(perturbations):
-    """Return how far starts are perturbed at most.
+    """Return where robots start and how far their starts are perturbed at most.
 
     Returns
     -------
-    float64 array, shape (2, 2)
-        Displacement, m, and turn, rad, of predator and prey.
+    float64 array, shape (2, 5)
+        Of predator and prey x and y, m, heading, rad, greatest displacement, m, and turn, rad.
     """
-    return np.array(
-        [
-            (own.start_displacement, own.start_rotation)
-            for own in (perturbations if perturbations.affects(i) else PERFECT for i in range(2))
-        ]
-    )
+    starts = np.empty((2, 5))
+    for robot, (x, y, heading) in enumerate(START_POSES):
+        own = perturbations if perturbations.affects(robot) else PERFECT
+        x *= perturbations.start_distance / START_DISTANCE
+        starts[robot] = x, y, heading, own.start_displacement, own.start_rotation
+    return starts
 
 
 @numba.njit
@@ -52,9 +51,9 @@ def start_pose(starts, robot, seed, episode):
     direction = 2.0 * math.pi * uniform(place << np.uint64(24))
     rotation = starts[robot, _ROTATION] * (2.0 * uniform(turn) - 1.0)
     return (
-        _STARTS[robot, 0] + radius * math.cos(direction),
-        _STARTS[robot, 1] + radius * math.sin(direction),
-        _STARTS[robot, 2] + rotation,
+        starts[robot, _X] + radius * math.cos(direction),
+        starts[robot, _Y] + radius * math.sin(direction),
+        starts[robot, _HEADING] + rotation,
     )
 
 
