@@ -77,8 +77,8 @@ class Robot:
         radius = p.start_displacement * np.sqrt((place >> 40) / 2**24)
         direction = 2 * np.pi * ((place >> 16) % 2**24) / 2**24
         moved = radius * np.cos(direction), radius * np.sin(direction)
-        start = START[self.robot] * (p.start_distance, 1, 1)
-        return start + (*moved, p.start_rotation * (2 * (turn >> 40) / 2**24 - 1))
+        offset = (*moved, p.start_rotation * (2 * (turn >> 40) / 2**24 - 1))
+        return START[self.robot] * (p.start_distance, 1, 1) + offset
 
     def sense(self, readings):
         """The 37 readings with the noise of this tick."""

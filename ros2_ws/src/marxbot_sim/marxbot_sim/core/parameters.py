@@ -59,8 +59,8 @@ toward facing what it presses against, as rigid bodies do; let it slide and neve
 whole move, position and heading (FARSA's kinematic mode)."""
 
 START_DISTANCE = 1.0
-"""Distance between the robots when an episode starts, m (the authors' later code; the paper does not
-state it)."""
+"""Distance between the robots when an episode starts, m (the authors' later code; the paper does
+not state it)."""
 
 START_POSES = ((-START_DISTANCE / 2, 0.0, 0.0), (START_DISTANCE / 2, 0.0, math.pi))
 """Start of predator and prey: x and y in m, heading in rad (paper A3: facing each other)."""
