@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from lineages import follow, random_lineage
+from lineages import follow, random_lineages
 
 from coevo_manager.core.episodes import Environment, EpisodeStream, evaluate_pairs
 from coevo_manager.core.evaluation import all_pairs
@@ -37,14 +37,17 @@ def works(request):
     works, expected, accepted = [], [], 0
     for number in range(8):
         species = ('predator', 'prey')[number % 2]
-        lineage = random_lineage(rng, species, environment, 1 + number % generations, 3)
+        lineages = random_lineages(
+            rng, species, environment, 1 + number % generations, 3, count=1 + number % 3
+        )
         if number in (2, 4):  # predators whose offspring all fail
-            lineage = dataclasses.replace(lineage, parent_ticks=1)
-        ticks, count = follow(lineage, environment)
-        works.append(lineage)
+            none = np.ones_like(lineages.parent_ticks)
+            lineages = dataclasses.replace(lineages, parent_ticks=none)
+        ticks, count = follow(lineages, environment)
+        works.append(lineages)
         expected.append(ticks)
         accepted += count
-    generations = sum(len(lineage.redrawn) for lineage in works)
+    generations = sum(lineages.redrawn.size for lineages in works)
     assert 0 < accepted < generations
     for count in (1, 5):
         batch = all_pairs('prey', random_genomes(count, rng), random_genomes(4, rng))
@@ -69,7 +72,7 @@ def test_a_stream_plays_lineages_as_if_each_were_alone(works, seed):
             number = rest.pop()
             work = works[number]
             if number < 8:
-                stream.submit_lineage(number, work)
+                stream.submit_lineages(number, work)
             else:
                 index = work.predator_index, work.prey_index
                 stream.submit(number, work.predators, work.prey, *index)
@@ -99,8 +102,8 @@ def test_lineages_of_unequal_length_end_together():
     rng = np.random.default_rng(1)
     stream = EpisodeStream(environment)
     for generations in (10, 30):
-        stream.submit_lineage(
-            generations, random_lineage(rng, 'prey', environment, generations, 8)
+        stream.submit_lineages(
+            generations, random_lineages(rng, 'prey', environment, generations, 8)
         )
     turns_left = None
     while stream.pending:
@@ -119,7 +122,7 @@ def test_no_batch_waits_for_lineages_for_ever():
     batch = all_pairs('predator', random_genomes(10, rng), random_genomes(4, rng))
     stream.submit('batch', batch.predators, batch.prey, batch.predator_index, batch.prey_index)
     for number in range(4):
-        stream.submit_lineage(number, random_lineage(rng, 'prey', environment, 40, 8))
+        stream.submit_lineages(number, random_lineages(rng, 'prey', environment, 40, 8))
     while not (ended := stream.advance()):
         pass
     assert [ticket for ticket, _, _ in ended] == ['batch']
@@ -129,5 +132,5 @@ def test_a_request_is_taken_up_while_another_leaves_lanes_idle():
     environment = Environment(episode_ticks=400)
     rng = np.random.default_rng(2)
     stream = EpisodeStream(environment)
-    stream.submit_lineage('long', random_lineage(rng, 'prey', environment, 50, 1))
+    stream.submit_lineages('long', random_lineages(rng, 'prey', environment, 50, 1))
     assert stream.advance() == [] and stream.pending == 1

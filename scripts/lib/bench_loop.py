@@ -17,7 +17,7 @@ from coevo_manager.core.episodes import evaluate_pairs
 from coevo_manager.core.evaluation import (
     Batch,
     Evaluator,
-    Lineage,
+    Lineages,
     all_pairs,
     evaluate_all,
     joined,
@@ -35,9 +35,9 @@ class _Recorder(LocalEvaluator):
         super().__init__(environment, threads)
         self.phases: list[list[Batch]] = []
         self._batches: list[Batch] = []
-        self._works: dict[int, Batch | Lineage] = {}
+        self._works: dict[int, Batch | Lineages] = {}
 
-    def submit(self, work: Batch | Lineage) -> int:
+    def submit(self, work: Batch | Lineages) -> int:
         ticket = super().submit(work)
         self._works[ticket] = work
         return ticket
@@ -46,7 +46,7 @@ class _Recorder(LocalEvaluator):
         answer = super().collect(timeout)
         if answer is not None:
             work = self._works.pop(answer[0])
-            if isinstance(work, Lineage):
+            if isinstance(work, Lineages):
                 work = all_pairs(work.species, _offspring(work, answer[1]), work.opponents)
             self._batches.append(work)
         return answer
@@ -172,18 +172,19 @@ def _go_on(
     )
 
 
-def _offspring(lineage: Lineage, capture_ticks: np.ndarray) -> np.ndarray:
-    """Return the genomes that a lineage let play."""
-    parent, least = lineage.parent, lineage.parent_ticks
+def _offspring(lineages: Lineages, capture_ticks: np.ndarray) -> np.ndarray:
+    """Return the genomes that lineages let play."""
     genomes = []
-    ends = np.cumsum(lineage.redrawn)
-    totals = capture_ticks.reshape(-1, len(lineage.opponents)).sum(axis=1)
-    for first, end, ticks in zip(ends - lineage.redrawn, ends, totals, strict=True):
-        genome = parent.copy()
-        genome[lineage.genes[first:end]] = lineage.values[first:end]
-        genomes.append(genome)
-        if ticks == least or (ticks > least) == (lineage.species == 'prey'):
-            parent, least = genome, ticks
+    totals = capture_ticks.reshape(len(lineages.parents), -1, len(lineages.opponents)).sum(axis=2)
+    for lineage, its_totals in zip(lineages.alone(), totals, strict=True):
+        parent, least = lineage.parents[0], int(lineage.parent_ticks[0])
+        ends = np.cumsum(lineage.redrawn[0])
+        for first, end, ticks in zip(ends - lineage.redrawn[0], ends, its_totals, strict=True):
+            genome = parent.copy()
+            genome[lineage.genes[first:end]] = lineage.values[first:end]
+            genomes.append(genome)
+            if ticks == least or (ticks > least) == (lineage.species == 'prey'):
+                parent, least = genome, ticks
     return np.array(genomes)
 
 

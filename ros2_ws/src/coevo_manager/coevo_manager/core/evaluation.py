@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import threading
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, cast
 
 import numpy as np
 
@@ -42,21 +42,22 @@ class Batch:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Lineage:
-    """A (1+1) evolution strategy to follow: a parent and the mutations of its generations.
+class Lineages:
+    """(1+1) evolution strategies to follow: parents and the mutations of their generations.
 
     In each generation the parent of that time, mutated, meets all opponents, and takes the
-    parent's place if it is as fit or fitter. The ticks of all episodes tell every outcome.
+    parent's place if it is as fit or fitter. The ticks of all episodes tell every outcome. No
+    lineage knows of another.
 
     Attributes
     ----------
     species : str
-        The lineage's; the opponents are of the other one.
-    parent : float32 (genes,)
-    parent_ticks : int
-        Its capture ticks summed over the opponents.
+        The lineages'; the opponents are of the other one.
+    parents : float32 (k, genes)
+    parent_ticks : uint64 (k,)
+        Their capture ticks summed over the opponents.
     opponents : float32 (m, genes)
-    redrawn : uint32 (g,)
+    redrawn : uint32 (k, g)
         Number of genes that each mutation redraws.
     genes, values : uint32 (c,), float32 (c,)
         Those genes and their new values, one mutation after the other.
@@ -65,8 +66,8 @@ class Lineage:
     """
 
     species: str
-    parent: np.ndarray
-    parent_ticks: int
+    parents: np.ndarray
+    parent_ticks: np.ndarray
     opponents: np.ndarray
     redrawn: np.ndarray
     genes: np.ndarray
@@ -74,7 +75,24 @@ class Lineage:
     noise: int = 0
 
     def __len__(self) -> int:
-        return len(self.redrawn) * len(self.opponents)
+        return self.redrawn.size * len(self.opponents)
+
+    def alone(self) -> list[Lineages]:
+        """Return each lineage by itself."""
+        ends = np.cumsum(self.redrawn.sum(axis=1, dtype=np.int64))[:-1]
+        return [
+            dataclasses.replace(
+                self,
+                parents=self.parents[k : k + 1],
+                parent_ticks=self.parent_ticks[k : k + 1],
+                redrawn=self.redrawn[k : k + 1],
+                genes=genes,
+                values=values,
+            )
+            for k, (genes, values) in enumerate(
+                zip(np.split(self.genes, ends), np.split(self.values, ends), strict=True)
+            )
+        ]
 
 
 class Evaluator(Protocol):
@@ -104,8 +122,8 @@ class Evaluator(Protocol):
         """See the class."""
         ...
 
-    def submit(self, work: Batch | Lineage) -> int:
-        """Take a batch or a lineage and return its ticket at once."""
+    def submit(self, work: Batch | Lineages) -> int:
+        """Take a batch or lineages and return its ticket at once."""
         ...
 
     def collect(self, timeout: float | None = None) -> tuple[int, np.ndarray] | None:
@@ -119,8 +137,8 @@ class Evaluator(Protocol):
         Returns
         -------
         (ticket, capture ticks int32 (n,)), each from 1 to the environment's episode_ticks,
-        or None when the timeout passed. The ticks of a lineage are those of its first offspring
-        against all opponents, then those of the second, and so on.
+        or None when the timeout passed. The ticks of lineages are those of the first one's first
+        offspring against all opponents, then those of its second, and so on.
         """
         ...
 
@@ -134,8 +152,8 @@ class Evaluator(Protocol):
 
 
 def longest_lineage(environment: Environment) -> int:
-    """Return how many generations of a lineage take some 0.1 s, as `Evaluator` wants it."""
-    return 100 if environment.physics == 'kinematic' else 1
+    """Return how many generations of lineages take some 0.1 s, as `Evaluator` wants it."""
+    return 240 if environment.physics == 'kinematic' else 1
 
 
 class StoppedError(Exception):
@@ -187,10 +205,16 @@ def some_pairs(
     return Batch(theirs, ours, opponent, index, noise)
 
 
-def joined(batches: Sequence[Batch]) -> Batch:
-    """Return the episodes of batches with the same noise, one batch after the other."""
-    if len(batches) == 1:
-        return batches[0]
+def joined(works: Sequence[Batch | Lineages]) -> Batch | Lineages:
+    """Return works of one kind with the same noise as one, whose ticks come one after the other.
+
+    Lineages are of as many generations and against the same opponents.
+    """
+    if len(works) == 1:
+        return works[0]
+    if isinstance(works[0], Lineages):
+        return _joined_lineages(cast(Sequence[Lineages], works))
+    batches = cast(Sequence[Batch], works)
     predators, predator_index = _joined(
         [batch.predators for batch in batches], [batch.predator_index for batch in batches]
     )
@@ -198,6 +222,20 @@ def joined(batches: Sequence[Batch]) -> Batch:
         [batch.prey for batch in batches], [batch.prey_index for batch in batches]
     )
     return Batch(predators, prey, predator_index, prey_index, batches[0].noise)
+
+
+def _joined_lineages(lineages: Sequence[Lineages]) -> Lineages:
+    def column(name: str) -> np.ndarray:
+        return np.concatenate([getattr(each, name) for each in lineages])
+
+    return dataclasses.replace(
+        lineages[0],
+        parents=column('parents'),
+        parent_ticks=column('parent_ticks'),
+        redrawn=column('redrawn'),
+        genes=column('genes'),
+        values=column('values'),
+    )
 
 
 def _joined(

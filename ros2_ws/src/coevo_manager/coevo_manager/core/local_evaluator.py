@@ -10,7 +10,7 @@ import numpy as np
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.core.episodes.stream import EpisodeStream
-from coevo_manager.core.evaluation import Batch, Lineage, longest_lineage
+from coevo_manager.core.evaluation import Batch, Lineages, longest_lineage
 
 
 class LocalEvaluator:
@@ -33,12 +33,12 @@ class LocalEvaluator:
         self._finished: collections.deque[tuple[int, np.ndarray]] = collections.deque()
         self._tickets = itertools.count(1)
 
-    def submit(self, work: Batch | Lineage) -> int:
+    def submit(self, work: Batch | Lineages) -> int:
         """Give the work to the thread that has the least."""
         ticket = next(self._tickets)
         stream = min(self._streams, key=lambda stream: stream.pending)
-        if isinstance(work, Lineage):
-            stream.submit_lineage(ticket, work)
+        if isinstance(work, Lineages):
+            stream.submit_lineages(ticket, work)
         else:
             stream.submit(
                 ticket,

@@ -7,11 +7,11 @@ import time
 from typing import Any
 
 from coevo_msgs.msg import Environment as EnvironmentMsg
-from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineages
 from rclpy.client import Client
 from rclpy.node import Node
 
-from coevo_manager.core.evaluation import Batch, Lineage
+from coevo_manager.core.evaluation import Batch, Lineages
 from coevo_manager.evaluators.load import Load
 from coevo_manager.evaluators.messages import Requests
 from coevo_manager.evaluators.process import EvaluatorProcess
@@ -122,7 +122,7 @@ class EvaluatorClient:
         self._patience = patience
         self._batches = node.create_client(EvaluateBatch, service)
         self._lineages = node.create_client(
-            EvaluateLineage, service.removesuffix('batch') + 'lineage'
+            EvaluateLineages, service.removesuffix('batch') + 'lineages'
         )
         self.clients = self._batches, self._lineages
         self._in_flight: dict[int, _Asked] = {}
@@ -170,7 +170,7 @@ class EvaluatorClient:
                 self._request(number, asked.question)
 
     def _request(self, number: int, question: Question) -> None:
-        client = self._lineages if isinstance(question.work, Lineage) else self._batches
+        client = self._lineages if isinstance(question.work, Lineages) else self._batches
         client.handle.send_request(self._requests.fill(question.work, number))
 
     def take(self, client: Client) -> tuple[Question, Any] | None:

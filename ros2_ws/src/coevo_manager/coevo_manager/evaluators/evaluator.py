@@ -14,7 +14,7 @@ from typing import Any
 
 import rclpy
 from coevo_msgs.msg import Environment as EnvironmentMsg
-from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineages
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -25,7 +25,7 @@ from coevo_manager.core.episodes import Environment, EpisodeStream
 from coevo_manager.evaluators.messages import (
     to_batch,
     to_environment,
-    to_lineage,
+    to_lineages,
     to_sequence,
 )
 from node_runner import own_arguments, start_ros
@@ -64,7 +64,7 @@ class Task:
 
 
 class EvaluatorNode(Node):
-    """Serves ``evaluate_batch`` and ``evaluate_lineage``, several requests at a time.
+    """Serves ``evaluate_batch`` and ``evaluate_lineages``, several requests at a time.
 
     Requests of one environment are merged in one `EpisodeStream`, so that its lanes stay full
     while any of them waits; each is answered as soon as its last episode ends. A request that
@@ -87,7 +87,7 @@ class EvaluatorNode(Node):
         self._tasks: dict[tuple[Service, int], Task] = {}
         self._answers: dict[tuple[Service, int], Any] = {}
         self._batches = self._serve_type(EvaluateBatch, 'evaluate_batch')
-        self._lineages = self._serve_type(EvaluateLineage, 'evaluate_lineage')
+        self._lineages = self._serve_type(EvaluateLineages, 'evaluate_lineages')
         self._wait_set = _rclpy.WaitSet(0, 0, 0, 0, 2, 0, self.context.handle)
         self.get_logger().info(f'ready on {self._batches.service_name}')
 
@@ -103,7 +103,7 @@ class EvaluatorNode(Node):
         """Answer requests until `stop` is set."""
         while not stop.is_set():
             self._take_requests(self._batches, self._begin_batch)
-            self._take_requests(self._lineages, self._begin_lineage)
+            self._take_requests(self._lineages, self._begin_lineages)
             if not self._advance():
                 self._wait_set.clear_entities()
                 self._wait_set.add_service(self._batches.handle)
@@ -153,9 +153,9 @@ class EvaluatorNode(Node):
             batch.noise,
         )
 
-    def _begin_lineage(self, request: EvaluateLineage.Request, task: Task) -> None:
+    def _begin_lineages(self, request: EvaluateLineages.Request, task: Task) -> None:
         environment = self._environment(request.environment)
-        self._stream(environment, measured=False).submit_lineage(task, to_lineage(request))
+        self._stream(environment, measured=False).submit_lineages(task, to_lineages(request))
 
     def _environment(self, message: EnvironmentMsg) -> Environment:
         if message != self._last[0]:

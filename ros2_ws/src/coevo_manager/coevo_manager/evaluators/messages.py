@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.msg import Perturbations as PerturbationsMsg
-from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineages
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evaluation import Batch, Lineage
+from coevo_manager.core.evaluation import Batch, Lineages
 from marxbot_sim.core.perturbations import Perturbations
 from neuro_controller.core.genome import GENE_RANGE, Layout, check_genomes
 
@@ -24,7 +24,7 @@ def to_sequence(values: np.ndarray, typecode: str) -> array.array:
     values : array of one dimension
         Of the type that `typecode` names.
     typecode : str
-        Type of the field: 'f' for float32[], 'I' for uint32[], 'i' for int32[].
+        Type of the field: 'f' for float32[], 'I' for uint32[], 'Q' for uint64[], 'i' for int32[].
     """
     return array.array(typecode, values.tobytes())
 
@@ -39,18 +39,18 @@ class Requests:
 
     def __init__(self, environment: EnvironmentMsg) -> None:
         self._batch = EvaluateBatch.Request(environment=environment)
-        self._lineage = EvaluateLineage.Request(environment=environment)
+        self._lineages = EvaluateLineages.Request(environment=environment)
 
     def fill(
-        self, work: Batch | Lineage, number: int = 0
-    ) -> EvaluateBatch.Request | EvaluateLineage.Request:
-        """Return the request that asks for a batch or a lineage."""
-        request: EvaluateBatch.Request | EvaluateLineage.Request
-        if isinstance(work, Lineage):
-            request = self._lineage
-            request.parent = to_sequence(work.parent, 'f')
+        self, work: Batch | Lineages, number: int = 0
+    ) -> EvaluateBatch.Request | EvaluateLineages.Request:
+        """Return the request that asks for a batch or lineages."""
+        request: EvaluateBatch.Request | EvaluateLineages.Request
+        if isinstance(work, Lineages):
+            request = self._lineages
+            request.parents = to_sequence(work.parents, 'f')
             request.predator = work.species == 'predator'
-            request.parent_ticks = work.parent_ticks
+            request.parent_ticks = to_sequence(work.parent_ticks, 'Q')
             request.opponents = to_sequence(work.opponents, 'f')
             request.redrawn = to_sequence(work.redrawn, 'I')
             request.genes = to_sequence(work.genes, 'I')
@@ -87,8 +87,8 @@ def to_batch(request: EvaluateBatch.Request) -> Batch:
     return Batch(predators, prey, predator_index, prey_index, request.noise)
 
 
-def to_lineage(request: EvaluateLineage.Request) -> Lineage:
-    """Return the lineage of a request, checked, without copying its genomes.
+def to_lineages(request: EvaluateLineages.Request) -> Lineages:
+    """Return the lineages of a request, checked, without copying their genomes.
 
     Raises
     ------
@@ -96,14 +96,22 @@ def to_lineage(request: EvaluateLineage.Request) -> Lineage:
         A genome's length or a gene is wrong, or there is too little of something: one sentence.
     """
     layout = Layout(request.environment.hidden)
-    parent = _to_genomes(request.parent, 'parent', layout)
-    if len(parent) != 1:
-        raise ValueError(f'parent has {len(request.parent)} numbers, expected {layout.genes}')
+    parents = _to_genomes(request.parents, 'parents', layout)
     opponents = _to_genomes(request.opponents, 'opponents', layout)
     redrawn = np.frombuffer(request.redrawn, np.uint32)
-    if not len(opponents) or not len(redrawn):
-        name = 'redrawn' if len(opponents) else 'opponents'
-        raise ValueError(f'{name} is empty, expected at least one')
+    for name, given in (('parents', parents), ('opponents', opponents), ('redrawn', redrawn)):
+        if not len(given):
+            raise ValueError(f'{name} is empty, expected at least one')
+    parent_ticks = np.frombuffer(request.parent_ticks, np.uint64)
+    if len(parent_ticks) != len(parents):
+        raise ValueError(
+            f'parent_ticks has {len(parent_ticks)} entries, expected {len(parents)} as parents'
+        )
+    if len(redrawn) % len(parents):
+        raise ValueError(
+            f'redrawn has {len(redrawn)} entries, expected as many for each of {len(parents)} '
+            'parents'
+        )
     genes = _to_index(request.genes, layout.genes, 'genes')
     values = np.frombuffer(request.values, np.float32)
     changes = int(redrawn.sum(dtype=np.uint64))
@@ -117,12 +125,12 @@ def to_lineage(request: EvaluateLineage.Request) -> Lineage:
             f'{GENE_RANGE:g}]'
         )
     species = 'predator' if request.predator else 'prey'
-    return Lineage(
+    return Lineages(
         species,
-        parent[0],
-        request.parent_ticks,
+        parents,
+        parent_ticks,
         opponents,
-        redrawn,
+        redrawn.reshape(len(parents), -1),
         genes,
         values,
         request.noise,

@@ -12,7 +12,7 @@ import numpy as np
 from rclpy.node import Node
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evaluation import Batch, Lineage, StoppedError, longest_lineage
+from coevo_manager.core.evaluation import Batch, Lineages, StoppedError, longest_lineage
 from coevo_manager.evaluators.client import EvaluatorClient, Question, Replay, Trial
 from coevo_manager.evaluators.messages import to_environment_message
 from coevo_manager.evaluators.proof import fault, sample
@@ -120,8 +120,8 @@ class RosEvaluator:
                 )
             self._turn(LONGEST_WAIT)
 
-    def submit(self, work: Batch | Lineage) -> int:
-        """Take a batch or a lineage and return its ticket at once."""
+    def submit(self, work: Batch | Lineages) -> int:
+        """Take a batch or lineages and return its ticket at once."""
         ticket = self._queue.submit(work)
         self._dispatch()
         return ticket

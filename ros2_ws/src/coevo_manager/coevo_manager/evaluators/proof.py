@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from coevo_manager.core.evaluation import Batch, Lineage, all_pairs
+from coevo_manager.core.evaluation import Batch, Lineages, all_pairs
 from neuro_controller.core.genome import LAYOUT, Layout, random_genomes
 
 
 def fault(
-    work: Batch | Lineage, success: bool, message: str, ticks: np.ndarray, episode_ticks: int
+    work: Batch | Lineages, success: bool, message: str, ticks: np.ndarray, episode_ticks: int
 ) -> str:
     """Return what is wrong with an answer, as a clause that begins with a verb; '' if nothing.
 
     Parameters
     ----------
-    work : Batch or Lineage
+    work : Batch or Lineages
         What was asked.
     success, message
         Whether the evaluator says it has played, and if not, why.
@@ -43,13 +43,15 @@ def known_episodes(layout: Layout = LAYOUT) -> Batch:
 
 
 def sample(
-    work: Batch | Lineage, ticks: np.ndarray, rng: np.random.Generator
+    work: Batch | Lineages, ticks: np.ndarray, rng: np.random.Generator
 ) -> tuple[Batch, int]:
     """Draw one episode of an answer; return it and the tick at which it is said to have ended."""
     episode = int(rng.integers(len(work)))
-    if isinstance(work, Lineage):
-        generation, opponent = divmod(episode, len(work.opponents))
-        ours = _offspring(work, ticks, generation)[np.newaxis]
+    if isinstance(work, Lineages):
+        lineage, episode_of_it = divmod(episode, len(work) // len(work.parents))
+        generation, opponent = divmod(episode_of_it, len(work.opponents))
+        its_ticks = np.split(ticks, len(work.parents))[lineage]
+        ours = _offspring(work.alone()[lineage], its_ticks, generation)[np.newaxis]
         batch = all_pairs(work.species, ours, work.opponents[opponent : opponent + 1], work.noise)
     else:
         alone = np.zeros(1, np.uint32)
@@ -64,13 +66,14 @@ def sample(
     return batch, int(ticks[episode])
 
 
-def _offspring(lineage: Lineage, ticks: np.ndarray, generation: int) -> np.ndarray:
-    """Return the genome that played in a generation, as the ticks of those before tell."""
-    parent, best = lineage.parent, lineage.parent_ticks
+def _offspring(lineage: Lineages, ticks: np.ndarray, generation: int) -> np.ndarray:
+    """Return the genome that played in a generation of one, as the ticks of those before tell."""
+    parent, best = lineage.parents[0], int(lineage.parent_ticks[0])
     totals = ticks.reshape(-1, len(lineage.opponents)).sum(axis=1, dtype=np.int64)
-    ends = np.cumsum(lineage.redrawn)
+    redrawn = lineage.redrawn[0]
+    ends = np.cumsum(redrawn)
     for number in range(generation + 1):
-        changes = slice(int(ends[number] - lineage.redrawn[number]), int(ends[number]))
+        changes = slice(int(ends[number] - redrawn[number]), int(ends[number]))
         offspring = parent.copy()
         offspring[lineage.genes[changes]] = lineage.values[changes]
         total = int(totals[number])

@@ -9,18 +9,18 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from coevo_manager.core.evaluation import LONGEST_BATCH, Batch, Lineage
+from coevo_manager.core.evaluation import LONGEST_BATCH, Batch, Lineages
 
 
 @dataclasses.dataclass(eq=False, slots=True)
 class Part:
-    """A share of a batch, or a lineage: what one evaluator is asked.
+    """A share of a batch, or lineages: what one evaluator is asked.
 
     Attributes
     ----------
     ticket : int
-        Ticket of the batch or lineage.
-    work : Batch or Lineage
+        Ticket of the batch or lineages.
+    work : Batch or Lineages
         The episodes, with the genomes that they need.
     place : slice
         Where their results lie in those of the ticket.
@@ -31,7 +31,7 @@ class Part:
     """
 
     ticket: int
-    work: Batch | Lineage
+    work: Batch | Lineages
     place: slice
     refusals: int = 0
     done: bool = False
@@ -56,8 +56,8 @@ class WorkQueue:
         """Whether results of anything are awaited."""
         return bool(self._results)
 
-    def submit(self, work: Batch | Lineage) -> int:
-        """Take a batch or a lineage and return its ticket."""
+    def submit(self, work: Batch | Lineages) -> int:
+        """Take a batch or lineages and return its ticket."""
         ticket = next(self._tickets)
         parts = list(split(ticket, work, LONGEST_BATCH))
         self._results[ticket] = np.empty(len(work), np.int32)
@@ -106,13 +106,13 @@ class WorkQueue:
         self._finished.clear()
 
 
-def split(ticket: int, work: Batch | Lineage, longest: int) -> Iterator[Part]:
+def split(ticket: int, work: Batch | Lineages, longest: int) -> Iterator[Part]:
     """Divide a batch into parts of at most `longest` episodes, as equal as can be.
 
-    Each has just the genomes that it needs. A lineage, or a batch that is short enough, is one.
+    Each has just the genomes that it needs. Lineages, or a short enough batch, are one part.
     """
     count = -(-len(work) // longest)
-    if isinstance(work, Lineage) or count <= 1:
+    if isinstance(work, Lineages) or count <= 1:
         yield Part(ticket, work, slice(0, len(work)))
         return
     bounds = np.linspace(0, len(work), count + 1).round().astype(int)

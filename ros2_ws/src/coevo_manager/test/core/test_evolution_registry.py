@@ -12,7 +12,7 @@ import pytest
 from evolve_runs import read_files
 from lineages import follow
 
-from coevo_manager.core.evaluation import Lineage
+from coevo_manager.core.evaluation import Lineages
 from coevo_manager.core.evolution import (
     Evolution,
     PhaseStats,
@@ -85,7 +85,7 @@ class Game:
         self._tickets = itertools.count()
 
     def submit(self, work):
-        if isinstance(work, Lineage):
+        if isinstance(work, Lineages):
             ticks = follow(work, self.environment, meet)[0]
         else:
             predators = work.predators[work.predator_index]

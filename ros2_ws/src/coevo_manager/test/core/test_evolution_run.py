@@ -17,7 +17,7 @@ from lineages import follow
 from ros_processes import PATIENCE
 
 from coevo_manager.core.episodes import evaluate_matrix, evaluate_pairs
-from coevo_manager.core.evaluation import Lineage, evaluate_all
+from coevo_manager.core.evaluation import Lineages, evaluate_all
 from coevo_manager.core.evolution import (
     Evolution,
     GenerationStats,
@@ -74,7 +74,7 @@ class DisorderlyEvaluator:
         return ticket, self._play(self._waiting.pop(ticket))
 
     def _play(self, work):
-        if isinstance(work, Lineage):
+        if isinstance(work, Lineages):
             ticks = follow(work, self.environment)[0]
         else:
             index = work.predator_index, work.prey_index

@@ -6,8 +6,8 @@ import signal
 import numpy as np
 import pytest
 from coevo_msgs.msg import Environment as EnvironmentMsg
-from coevo_msgs.srv import EvaluateBatch, EvaluateLineage
-from lineages import follow, random_lineage
+from coevo_msgs.srv import EvaluateBatch, EvaluateLineages
+from lineages import follow, random_lineages
 from rclpy.qos import QoSProfile
 
 from coevo_manager.core.episodes import Environment, evaluate_pairs, measure_pairs
@@ -36,7 +36,7 @@ def asker(starter, client):
         )
         for kind, name in (
             (EvaluateBatch, 'evaluate_batch'),
-            (EvaluateLineage, 'evaluate_lineage'),
+            (EvaluateLineages, 'evaluate_lineages'),
         )
     }
     client.until(lambda: all(c.service_is_ready() for c in clients.values()), 'the evaluator')
@@ -99,7 +99,9 @@ def test_many_requests_at_once_in_several_environments(asker):
 @pytest.mark.parametrize('species', ['predator', 'prey'])
 def test_lineages_beside_batches(asker, species):
     lineages = [
-        random_lineage(np.random.default_rng(seed), species, SIGNED, generations=15)
+        random_lineages(
+            np.random.default_rng(seed), species, SIGNED, generations=15, count=1 + seed
+        )
         for seed in range(3)
     ]
     message = to_environment_message(SIGNED)
@@ -117,7 +119,7 @@ def test_no_episodes_are_no_work(asker):
     assert len(response.capture_ticks) == 0
 
 
-LINEAGE = random_lineage(np.random.default_rng(6), 'prey', Environment(), generations=3)
+LINEAGE = random_lineages(np.random.default_rng(6), 'prey', Environment(), generations=3)
 
 
 def bad_lineage(name, value):
@@ -158,8 +160,11 @@ def genes(index, value):
         (bad('environment.wall_friction', float('nan')), 'wall_friction is nan'),
         (bad('environment.physics', 'cartoon'), "physics is 'cartoon'"),
         (bad('environment.perturbations.motor_noise', 2.0), 'motor_noise is 2.0'),
-        (bad_lineage('parent', array.array('f', [0.0] * 884)), 'parent has 884 numbers'),
-        (bad_lineage('parent', array.array('f', [6.0] * 442)), 'value 6.0 as gene 0 of genome 0'),
+        (bad_lineage('parents', array.array('f', [0.0] * 443)), 'parents has 443 numbers'),
+        (bad_lineage('parents', array.array('f', [6.0] * 442)), 'value 6.0 as gene 0 of genome 0'),
+        (bad_lineage('parents', array.array('f', [0.0] * 884)), '1 entries, expected 2 as par'),
+        (bad_lineage('parents', array.array('f')), 'parents is empty'),
+        (bad_lineage('parent_ticks', array.array('Q')), 'has 0 entries, expected 1 as parents'),
         (bad_lineage('opponents', array.array('f')), 'opponents is empty'),
         (bad_lineage('redrawn', array.array('I')), 'redrawn is empty'),
         (bad_lineage('redrawn', array.array('I', [2**32 - 1] * 2)), 'expected 8589934590 by'),

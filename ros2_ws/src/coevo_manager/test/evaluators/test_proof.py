@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from lineages import follow, random_lineage
+from lineages import follow, random_lineages
 
 from coevo_manager.core.episodes import Environment, evaluate_pairs
 from coevo_manager.core.evaluation import all_pairs
@@ -59,17 +59,17 @@ def test_samples_of_a_batch_replay_every_episode():
 @pytest.mark.parametrize('species', ['predator', 'prey'])
 def test_samples_of_a_lineage_replay_the_offspring_of_its_generation(species):
     rng = np.random.default_rng(10)
-    lineage = random_lineage(rng, species, ENVIRONMENT, generations=20)
-    ticks, accepted = follow(lineage, ENVIRONMENT)
-    assert 0 < accepted < 20
+    lineages = random_lineages(rng, species, ENVIRONMENT, generations=20, count=3)
+    ticks, accepted = follow(lineages, ENVIRONMENT)
+    assert 0 < accepted < 60
     for _ in range(60):
-        batch, tick = sample(lineage, ticks, rng)
+        batch, tick = sample(lineages, ticks, rng)
         assert play(batch).tolist() == [tick]
 
 
 def test_a_lineage_with_one_false_outcome_is_found_out_by_what_follows():
     rng = np.random.default_rng(10)
-    lineage = random_lineage(rng, 'prey', ENVIRONMENT, generations=20)
+    lineage = random_lineages(rng, 'prey', ENVIRONMENT, generations=20)
     ticks, _ = follow(lineage, ENVIRONMENT)
     ticks[:3] = 150  # the first offspring is accepted, and wrongly so
     wrong = [tick for batch, tick in (sample(lineage, ticks, rng) for _ in range(60))

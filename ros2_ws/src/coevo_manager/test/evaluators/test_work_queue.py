@@ -4,10 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
-from lineages import random_lineage
+from lineages import random_lineages
 
 from coevo_manager.core.environment import Environment
-from coevo_manager.core.evaluation import Batch, Lineage, all_pairs, joined
+from coevo_manager.core.evaluation import Batch, Lineages, all_pairs, joined
 from coevo_manager.evaluators.work_queue import WorkQueue, split
 
 
@@ -20,7 +20,7 @@ def batch(rng, predators, prey):
 
 def ticks(work):
     """An answer that names the genomes of each episode."""
-    if isinstance(work, Lineage):
+    if isinstance(work, Lineages):
         return np.arange(len(work), dtype=np.int32) + 1
     pair = work.predators[work.predator_index, 0] + work.prey[work.prey_index, 0]
     return (pair * 4096).astype(np.int32)
@@ -29,7 +29,7 @@ def ticks(work):
 @pytest.mark.parametrize('seed', range(5))
 def test_results_are_right_whatever_is_lost_late_or_doubled(seed):
     rng = np.random.default_rng(seed)
-    lineage = random_lineage(rng, 'prey', Environment(episode_ticks=20), 3, 2)
+    lineage = random_lineages(rng, 'prey', Environment(episode_ticks=20), 3, 2, count=2)
     works = [batch(rng, 80, 41), batch(rng, 1, 1), lineage, batch(rng, 16, 16)]
     queue = WorkQueue()
     tickets = {queue.submit(work): work for work in works}

@@ -50,6 +50,33 @@ class _Request:
     end_episode: int
 
 
+@dataclass(eq=False)
+class _Group:
+    """Lineages that were asked for together: their results, None of those that go on."""
+
+    ticket: object
+    results: list
+
+
+@dataclass(eq=False)
+class _Place:
+    """The place of a lineage in its group: the ticket of its own request."""
+
+    group: _Group
+    number: int
+
+
+def _completed(ticket, ticks, complexity):
+    """Return the results that are complete with those of a request."""
+    if not isinstance(ticket, _Place):
+        return [(ticket, ticks, complexity)]
+    group = ticket.group
+    group.results[ticket.number] = ticks, complexity
+    if None in group.results:
+        return []
+    return [(group.ticket, *map(np.concatenate, zip(*group.results, strict=True)))]
+
+
 def _make_player(environment, measure):
     if environment.physics == 'kinematic':
         return KinematicPlayer(environment, measure)
@@ -114,19 +141,24 @@ class EpisodeStream:
         )
         self._add_request(ticket, first, ready=self._episodes.end)
 
-    def submit_lineage(self, ticket, lineage):
-        """Queue a `Lineage`; its offspring are played one after the other.
+    def submit_lineages(self, ticket, lineages):
+        """Queue `Lineages`; the offspring of each are played one after the other.
 
         Parameters
         ----------
         ticket : object
-            Comes back with the results, those of the first offspring first.
-        lineage : coevo_manager.core.evaluation.Lineage
+            Comes back with the results, those of the first lineage's first offspring first.
+        lineages : coevo_manager.core.evaluation.Lineages
         """
+        group = _Group(ticket, [None] * len(lineages.parents))
+        for place, lineage in enumerate(lineages.alone()):
+            self._submit_lineage(_Place(group, place), lineage)
+
+    def _submit_lineage(self, ticket, lineage):
         first = self._numbers()
-        generations, opponents = len(lineage.redrawn), len(lineage.opponents)
+        generations, opponents = lineage.redrawn.size, len(lineage.opponents)
         rows = self._genomes.extend(2 + opponents)
-        self._genomes.array[rows[0]] = lineage.parent
+        self._genomes.array[rows[0]] = lineage.parents[0]
         self._genomes.array[rows[2:]] = lineage.opponents
         ours = np.full(generations * opponents, first['genomes'] + 1)
         theirs = np.tile(np.arange(opponents) + (first['genomes'] + 2), generations)
@@ -138,14 +170,14 @@ class EpisodeStream:
         self._changes.array['value'][rows] = lineage.values
         rows = self._mutations.extend(1 + generations)
         self._mutations.array[rows[0]] = first['changes']
-        self._mutations.array[rows[1:]] = np.cumsum(lineage.redrawn) + first['changes']
+        self._mutations.array[rows[1:]] = np.cumsum(lineage.redrawn[0]) + first['changes']
         self._add_request(
             ticket,
             first,
             ready=first['episodes'],
             size=opponents * self.environment.repetitions,
             parent=first['genomes'],
-            parent_ticks=lineage.parent_ticks,
+            parent_ticks=lineage.parent_ticks[0],
             sign=-1 if hunting else 1,
             mutation=first['mutations'] + 1,
         )
@@ -211,7 +243,8 @@ class EpisodeStream:
                 rows = self._episodes.rows(request.first['episodes'], request.end_episode)
                 episodes = self._episodes.array[rows].reshape(-1, self.environment.repetitions)
                 ticks = episodes['ticks'].sum(axis=1, dtype=np.int32)
-                results.append((request.ticket, ticks, episodes['complexity'].mean(axis=1)))
+                complexity = episodes['complexity'].mean(axis=1)
+                results += _completed(request.ticket, ticks, complexity)
         self._waiting = waiting
         self._requests.first = waiting[0].number if waiting else self._requests.end
         self._queue[FIRST] = self._requests.first

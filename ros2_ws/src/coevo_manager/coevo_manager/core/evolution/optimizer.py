@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.mutation import Mutation
+from coevo_manager.core.evolution.mutation import Mutations
 from marxbot_sim.core.fields import Option
 
 
@@ -87,7 +87,7 @@ class Optimizer(abc.ABC):
     def ask(self) -> np.ndarray:
         """Return candidates to evaluate, float32 (k, genes), each gene in its limits."""
 
-    def mutations(self, generations: int) -> list[Mutation] | None:
+    def mutations(self, generations: int) -> Mutations | None:
         """Return the mutations of the next generations, where those are all there is to ask.
 
         Each generation then has one candidate, ``best`` with some genes redrawn, that takes its

@@ -8,6 +8,7 @@ together with whom changes a result.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import threading
 from collections.abc import Callable, Sequence
@@ -19,7 +20,7 @@ from coevo_manager.core.evaluation import (
     LONGEST_BATCH,
     Batch,
     Evaluator,
-    Lineage,
+    Lineages,
     all_pairs,
     joined,
     next_answer,
@@ -31,10 +32,10 @@ from coevo_manager.core.evolution.optimizer import Optimizer
 from coevo_manager.core.evolution.randomness import generator
 from coevo_manager.core.evolution.state import fitness_of
 
-SHARE = 0.6
+SHARE = 0.8
 """Share of its generations left that a lineage is asked for at once, ..."""
 
-SHORTEST_SHARE = 16
+SHORTEST_SHARE = 20
 """... but at least so many: requests are few, and all evaluators end a phase together."""
 
 
@@ -92,19 +93,30 @@ class _Agent:
     """One agent: what it wants to have played next, and how far it has come."""
 
     def __init__(
-        self, phase: Phase, index: int, optimizer: Optimizer, configuration: Configuration
+        self, phase: Phase, index: int, kind: type[Optimizer], configuration: Configuration
     ) -> None:
         self.index = index
         self.completed = 0
         self.training = int(phase.agents.training[index])
-        self.optimizer = optimizer
         self.meetings: list[Meeting] = []
         self._phase = phase
+        self._kind = kind
+        self._configuration = configuration
         self._reevaluates = configuration.reevaluate_parents
-        self._groups = optimizer.groups(configuration)
+        self._groups = kind.groups(configuration)
         if self._reevaluates:
             self._groups = np.append(self._groups[:1], self._groups)
         self._most = phase.opponents.number * configuration.pair_ticks
+
+    @functools.cached_property
+    def optimizer(self) -> Optimizer:
+        """What evolves it; made when it is first asked, so that others' work is out by then."""
+        phase, index, configuration = self._phase, self.index, self._configuration
+        rng = generator(configuration.seed, 'agent', phase.number, index)
+        memory = phase.agents.memory[index]
+        learned = (memory,) if memory.size else ()
+        fitness = self.training / self._most
+        return self._kind(phase.agents.genomes[index], fitness, configuration, rng, *learned)
 
     @property
     def genome(self) -> np.ndarray:
@@ -116,8 +128,12 @@ class _Agent:
         """Whether it has come through all generations."""
         return self.completed == self._phase.generations
 
-    def next_lineage(self, longest: int) -> Lineage | None:
-        """Return the next generations, at most so many; None where it has to send batches."""
+    def next_work(self, longest: int) -> Batch | Lineages:
+        """Return the next generations, at most so many, or a batch where it has to send one."""
+        lineage = self._next_lineage(longest)
+        return self._next_batch() if lineage is None else lineage
+
+    def _next_lineage(self, longest: int) -> Lineages | None:
         species, opponents, noises = self._phase.species, self._phase.opponents, self._phase.noises
         if self.evolved or opponents.draw is not None or self._reevaluates:
             return None
@@ -129,19 +145,18 @@ class _Agent:
         mutations = self.optimizer.mutations(min(share, longest))
         if mutations is None:
             return None
-        genes, values = zip(*mutations, strict=True)
-        return Lineage(
+        return Lineages(
             species,
-            self.genome.copy(),
-            fitness_of(species, self.training, self._most),
+            self.genome[np.newaxis].copy(),
+            np.array([fitness_of(species, self.training, self._most)], np.uint64),
             opponents.genomes,
-            np.array([len(redrawn) for redrawn in genes], np.uint32),
-            np.concatenate(genes).astype(np.uint32),
-            np.concatenate(values),
+            mutations.redrawn[np.newaxis],
+            mutations.genes,
+            mutations.values,
             noise,
         )
 
-    def next_batch(self) -> Batch:
+    def _next_batch(self) -> Batch:
         """Return the candidates of one generation or, evolved, the agent against its rivals."""
         species, opponents = self._phase.species, self._phase.opponents
         if self.evolved:
@@ -242,7 +257,10 @@ def evolve(
     ------
     StoppedError
     """
-    agents = _make_agents(phase, configuration)
+    kind = optimizers.load(configuration.optimizer)
+    agents = [
+        _Agent(phase, index, kind, configuration) for index in range(len(phase.agents.genomes))
+    ]
     journal = _Journal(phase.generations, len(agents))
     capture_ticks = np.empty((len(agents), len(phase.rivals)), np.int32)
     idle = agents.copy()
@@ -253,7 +271,7 @@ def evolve(
             running[evaluator.submit(work)] = crew
         ticket, ticks = next_answer(evaluator, stop)
         crew = running.pop(ticket)
-        for agent, ours in zip(crew, np.split(ticks, len(crew)), strict=True):
+        for agent, ours in zip(crew, ticks.reshape(len(crew), -1), strict=True):
             if agent.evolved:
                 capture_ticks[agent.index] = ours
             else:
@@ -273,36 +291,21 @@ def evolve(
 
 def _next_crew(
     idle: list[_Agent], running: int, evaluator: Evaluator
-) -> tuple[list[_Agent], Batch | Lineage]:
+) -> tuple[list[_Agent], Batch | Lineages]:
     """Take those that are next from the idle ones, and return them and their work.
 
-    A request costs as much as many episodes. Agents that are equally far and send batches
-    therefore ask together, so many that half of the slots are in use and no evaluator waits.
+    A request costs as much as many episodes. Agents that are equally far therefore ask together,
+    so many that half of the slots are in use and no evaluator waits.
     """
-    first = min(idle, key=lambda agent: agent.completed)
-    idle.remove(first)
-    lineage = first.next_lineage(evaluator.longest_lineage)
-    if lineage is not None:
-        return [first], lineage
-    batch = first.next_batch()
-    share = math.ceil((1 + len(idle)) / max(1, evaluator.slots // 2 - running))
-    most = min(share, evaluator.longest_lineage, LONGEST_BATCH // len(batch))
-    others = [agent for agent in idle if agent.completed == first.completed]
-    others = others[: max(0, most - 1)]
-    for agent in others:
+    completed, longest = min(agent.completed for agent in idle), evaluator.longest_lineage
+    first, *others = (agent for agent in idle if agent.completed == completed)
+    work = first.next_work(longest)
+    share = math.ceil(len(idle) / max(1, evaluator.slots // 2 - running))
+    if isinstance(work, Lineages):
+        most = min(share, longest // work.redrawn.size)
+    else:
+        most = min(share, longest, LONGEST_BATCH // len(work))
+    crew = [first, *others[: max(0, most - 1)]]
+    for agent in crew:
         idle.remove(agent)
-    return [first, *others], joined([batch, *(agent.next_batch() for agent in others)])
-
-
-def _make_agents(phase: Phase, configuration: Configuration) -> list[_Agent]:
-    most = phase.opponents.number * configuration.pair_ticks
-    kind = optimizers.load(configuration.optimizer)
-    agents = []
-    for index, (genome, training, memory) in enumerate(
-        zip(phase.agents.genomes, phase.agents.training, phase.agents.memory, strict=True)
-    ):
-        rng = generator(configuration.seed, 'agent', phase.number, index)
-        learned = (memory,) if memory.size else ()
-        optimizer = kind(genome, training / most, configuration, rng, *learned)
-        agents.append(_Agent(phase, index, optimizer, configuration))
-    return agents
+    return crew, joined([work, *(agent.next_work(longest) for agent in crew[1:])])

@@ -52,6 +52,7 @@ def load(package: ModuleType, name: str, base: type[T]) -> type[T]:
     return plugin
 
 
+@functools.cache
 def _of_this_tree(package: ModuleType) -> list[str]:
     return [module.name for module in pkgutil.iter_modules(package.__path__)]
 

@@ -40,7 +40,12 @@ from neuro_controller.core.reading import ReadingError, parse_json, read_text, r
 from neuro_controller.core.settings import FIRST_RUNS
 
 VERSION = 1
+
 """Version of run.json, the logs and the snapshots."""
+
+HEAD_START = 0.01
+"""How long a completed phase waits to be written, s, as long as nobody waits for that: the work of
+the next phase is handed out first."""
 
 GENERATION_COLUMNS = (
     'generation', 'phase', 'evolving', 'fitness_mean', 'fitness_min', 'fitness_max', 'accepted',
@@ -274,7 +279,10 @@ class RunFolder:
             'phases': (phase,),
         }
 
+        wanted = self._wanted = threading.Event()
+
         def write() -> None:
+            wanted.wait(HEAD_START)
             for name, rows in logged.items():
                 with self._writing(f'{name}.csv'):
                     text = ''.join(_row(stats, LOGS[name]) for stats in rows)
@@ -301,6 +309,7 @@ class RunFolder:
         """
         if self._saving is not None:
             saving, self._saving = self._saving, None
+            self._wanted.set()
             saving.result()
 
     def _save_snapshot(self, state: State) -> None:

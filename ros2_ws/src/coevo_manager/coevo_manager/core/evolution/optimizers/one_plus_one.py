@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import collections
-import itertools
 from typing import ClassVar
 
 import numpy as np
 
 from coevo_manager.core.configuration import Configuration
-from coevo_manager.core.evolution.mutation import Mutation, draw_mutations
+from coevo_manager.core.evolution.mutation import Mutations, draw_mutations
 from coevo_manager.core.evolution.optimizer import Optimizer
 from marxbot_sim.core.fields import Option
 from neuro_controller.core.genome import GENE_RANGE
@@ -40,7 +38,11 @@ class OnePlusOne(Optimizer):
         self._draws = draw_mutations(
             configuration.mutation, len(parent), configuration.mutation_rate, GENE_RANGE, rng
         )
-        self._ahead: collections.deque[Mutation] = collections.deque()
+        self._drawn = Mutations(
+            np.empty(0, np.uint32), np.empty(0, np.uint32), np.empty(0, np.float32)
+        )
+        self._starts = [0]
+        self._told = 0
 
     @staticmethod
     def candidates(configuration: Configuration) -> int:
@@ -49,26 +51,38 @@ class OnePlusOne(Optimizer):
 
     def ask(self) -> np.ndarray:
         """Mutate the parent."""
-        offspring = self.best.copy()
-        _mutate(offspring, *self.mutations(1))
+        offspring, mutation = self.best.copy(), self.mutations(1)
+        offspring[mutation.genes] = mutation.values
         return offspring[np.newaxis]
 
-    def mutations(self, generations: int) -> list[Mutation]:
+    def mutations(self, generations: int) -> Mutations:
         """Return the next mutations, which no outcome changes."""
-        while len(self._ahead) < generations:
-            self._ahead.append(next(self._draws))
-        return list(itertools.islice(self._ahead, generations))
+        while len(self._drawn.redrawn) - self._told < generations:
+            rest, block = self._next(len(self._drawn.redrawn) - self._told), next(self._draws)
+            self._drawn = Mutations(
+                np.concatenate((rest.redrawn, block.redrawn)),
+                np.concatenate((rest.genes, block.genes)),
+                np.concatenate((rest.values, block.values)),
+            )
+            self._starts = [0, *np.cumsum(self._drawn.redrawn).tolist()]
+            self._told = 0
+        return self._next(generations)
 
     def tell(self, fitness: np.ndarray) -> bool:
         """Keep the better of parent and offspring."""
-        mutation = self._ahead.popleft()
+        mutated = slice(self._starts[self._told], self._starts[self._told + 1])
+        self._told += 1
         if fitness[0] < self.best_fitness:
             return False
-        _mutate(self.best, mutation)
+        self.best[self._drawn.genes[mutated]] = self._drawn.values[mutated]
         self.best_fitness = float(fitness[0])
         return True
 
-
-def _mutate(genome: np.ndarray, mutation: Mutation) -> None:
-    genes, values = mutation
-    genome[genes] = values
+    def _next(self, generations: int) -> Mutations:
+        end = self._told + generations
+        changes = slice(self._starts[self._told], self._starts[end])
+        return Mutations(
+            self._drawn.redrawn[self._told : end],
+            self._drawn.genes[changes],
+            self._drawn.values[changes],
+        )
