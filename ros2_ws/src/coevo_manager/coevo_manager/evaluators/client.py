@@ -137,6 +137,11 @@ class EvaluatorClient:
         return len(self._in_flight)
 
     @property
+    def episodes(self) -> int:
+        """Episodes that it was asked for and has not answered."""
+        return sum(len(asked.question.work) for asked in self._in_flight.values())
+
+    @property
     def measured(self) -> bool:
         """Whether it is known how fast it plays."""
         return self._episode_seconds is not None
@@ -203,8 +208,7 @@ class EvaluatorClient:
             return False
         if self._episode_seconds is None:
             return now - self._last_event > max(FIRST_PATIENCE, self._patience)
-        episodes = sum(len(asked.question.work) for asked in self._in_flight.values())
-        expected = episodes * self._episode_seconds
+        expected = self.episodes * self._episode_seconds
         return now - self._last_event > max(self._patience, LATENESS * expected)
 
     def give_away(self) -> list[Question]:

@@ -170,7 +170,7 @@ class RosEvaluator:
             part = self._queue.take()
             if part is None:
                 return
-            client = min(free, key=len)
+            client = min(free, key=lambda client: client.episodes)
             if self._rng.random() < TRIAL_SHARE:
                 client.send(self._roster.trial)
             client.send(part)
