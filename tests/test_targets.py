@@ -58,11 +58,14 @@ def episodes(count, ticks):
 
 
 @pytest.fixture(scope='module')
-def elsewhere(tmp_path_factory):
-    """The results on each target, computed by processes that run side by side."""
+def elsewhere(request):
+    """The results on each target, computed by processes that run side by side.
+
+    What they compile is kept for the next run of the tests: it is valid for these sources only.
+    """
     running = {}
     for name, settings in TARGETS.items():
-        folder = tmp_path_factory.mktemp('target')
+        folder = request.config.cache.mkdir(f'kernels {name}')
         environment = {
             **os.environ,
             **settings,
