@@ -148,14 +148,14 @@ def _correlation(arena: str, members: Members, study: Study) -> Chart:
             if np.isfinite(r):
                 size = 'p < 0.001' if p < 0.001 else f'p = {p:.3f}'
                 between = f' [{low:.2f}, {high:.2f}]' if np.isfinite(low) else ''
-                notes.append(f'{PLURAL[species]}: r = {r:.2f}{between}, {size}')
+                notes.append(f'{PLURAL[species]}: r = {r:.2f}{between},\n{size}')
         panels.append(
             Panel(
                 each.condition.name,
                 f'Complexity {UNIT}',
                 'Fitness vs last opponents',
                 marks,
-                (0, 1.25),
+                (0, 1.5),
                 note='\n'.join(notes),
             )
         )

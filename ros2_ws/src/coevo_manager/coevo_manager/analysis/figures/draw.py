@@ -230,12 +230,13 @@ def _bars(axes: Axes, mark: Bars, place: int, count: int) -> Any:
 
 
 def _name_ticks(axes: Axes, names: Sequence[str]) -> None:
-    """Write names below the axis in place of a grid, slanted where they are many."""
+    """Write names below the axis in place of a grid: a word a line, or slanted where many."""
     many = sum(map(len, names)) > 60
     slant: dict[str, Any] = (
         {'rotation': 40, 'ha': 'right', 'rotation_mode': 'anchor'} if many else {}
     )
-    axes.set_xticks(range(len(names)), names, **slant)
+    labels = names if many else [name.replace(' ', '\n') for name in names]
+    axes.set_xticks(range(len(names)), labels, **slant)
     axes.grid(axis='x', visible=False)
 
 

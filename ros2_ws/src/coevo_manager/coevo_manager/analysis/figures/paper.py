@@ -114,7 +114,7 @@ def _tournament(arena: str, members: Members, study: Study) -> Chart:
             (1, each.tournament.mean(axis=0), f'mean of {len(each.runs)}'),
         ):
             marks = [Heat(study.generations, study.generations, z, 'Predator fitness')]
-            title = f'{each.condition.name}, {what}'
+            title = f'{each.condition.name},\n{what}'
             rows[row].append(Panel(title, 'Generation of prey', 'Generation of predators', marks))
     several = any(len(each.runs) > 1 for each in members)
     return Chart(
