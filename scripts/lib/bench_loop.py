@@ -47,7 +47,7 @@ class _Recorder(LocalEvaluator):
         if answer is not None:
             work = self._works.pop(answer[0])
             if isinstance(work, Lineages):
-                work = all_pairs(work.species, _offspring(work, answer[1]), work.opponents)
+                work = all_pairs(work.species, work.offspring(answer[1]), work.opponents)
             self._batches.append(work)
         return answer
 
@@ -170,22 +170,6 @@ def _go_on(
         last.ticks - first.ticks,
         last.generation - first.generation,
     )
-
-
-def _offspring(lineages: Lineages, capture_ticks: np.ndarray) -> np.ndarray:
-    """Return the genomes that lineages let play."""
-    genomes = []
-    totals = capture_ticks.reshape(len(lineages.parents), -1, len(lineages.opponents)).sum(axis=2)
-    for lineage, its_totals in zip(lineages.alone(), totals, strict=True):
-        parent, least = lineage.parents[0], int(lineage.parent_ticks[0])
-        ends = np.cumsum(lineage.redrawn[0])
-        for first, end, ticks in zip(ends - lineage.redrawn[0], ends, its_totals, strict=True):
-            genome = parent.copy()
-            genome[lineage.genes[first:end]] = lineage.values[first:end]
-            genomes.append(genome)
-            if ticks == least or (ticks > least) == (lineage.species == 'prey'):
-                parent, least = genome, ticks
-    return np.array(genomes)
 
 
 if __name__ == '__main__':

@@ -94,6 +94,33 @@ class Lineages:
             )
         ]
 
+    def offspring(self, ticks: np.ndarray) -> np.ndarray:
+        """Return all genomes that played, as the ticks of those before each tell.
+
+        Parameters
+        ----------
+        ticks : int32 (n,)
+            Of all episodes, as an `Evaluator` returns them.
+
+        Returns
+        -------
+        float32 (k * g, genes)
+            Those of the first lineage, then those of the second, and so on.
+        """
+        genomes = []
+        totals = ticks.reshape(*self.redrawn.shape, -1).sum(axis=2, dtype=np.int64)
+        end = 0
+        for k, parent in enumerate(self.parents):
+            best = int(self.parent_ticks[k])
+            for redrawn, total in zip(self.redrawn[k].tolist(), totals[k].tolist(), strict=True):
+                start, end = end, end + redrawn
+                genome = parent.copy()
+                genome[self.genes[start:end]] = self.values[start:end]
+                genomes.append(genome)
+                if total <= best if self.species == 'predator' else total >= best:
+                    parent, best = genome, total
+        return np.array(genomes)
+
 
 class Evaluator(Protocol):
     """Plays batches of episodes and lineages, several at a time, in any order.

@@ -48,10 +48,8 @@ def sample(
     """Draw one episode of an answer; return it and the tick at which it is said to have ended."""
     episode = int(rng.integers(len(work)))
     if isinstance(work, Lineages):
-        lineage, episode_of_it = divmod(episode, len(work) // len(work.parents))
-        generation, opponent = divmod(episode_of_it, len(work.opponents))
-        its_ticks = np.split(ticks, len(work.parents))[lineage]
-        ours = _offspring(work.alone()[lineage], its_ticks, generation)[np.newaxis]
+        candidate, opponent = divmod(episode, len(work.opponents))
+        ours = work.offspring(ticks)[candidate : candidate + 1]
         batch = all_pairs(work.species, ours, work.opponents[opponent : opponent + 1], work.noise)
     else:
         alone = np.zeros(1, np.uint32)
@@ -64,21 +62,3 @@ def sample(
             work.noise,
         )
     return batch, int(ticks[episode])
-
-
-def _offspring(lineage: Lineages, ticks: np.ndarray, generation: int) -> np.ndarray:
-    """Return the genome that played in a generation of one, as the ticks of those before tell."""
-    parent, best = lineage.parents[0], int(lineage.parent_ticks[0])
-    totals = ticks.reshape(-1, len(lineage.opponents)).sum(axis=1, dtype=np.int64)
-    redrawn = lineage.redrawn[0]
-    ends = np.cumsum(redrawn)
-    for number in range(generation + 1):
-        changes = slice(int(ends[number] - redrawn[number]), int(ends[number]))
-        offspring = parent.copy()
-        offspring[lineage.genes[changes]] = lineage.values[changes]
-        total = int(totals[number])
-        if number < generation and (
-            total <= best if lineage.species == 'predator' else total >= best
-        ):
-            parent, best = offspring, total
-    return offspring
