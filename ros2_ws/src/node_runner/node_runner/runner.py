@@ -26,7 +26,7 @@ SPIN_TIMEOUT = 0.1
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 stop_requested = threading.Event()
-"""Set by the first SIGINT, SIGTERM or SIGHUP of a process that called `run_node`."""
+"""Set by the first SIGINT, SIGTERM or SIGHUP of a process that called `run_ros`."""
 
 
 @runtime_checkable

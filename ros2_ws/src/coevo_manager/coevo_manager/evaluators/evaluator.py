@@ -5,14 +5,12 @@ from __future__ import annotations
 import dataclasses
 import gc
 import os
-import signal
 import socket
 import sys
 import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import rclpy
 from coevo_msgs.msg import Environment as EnvironmentMsg
 from coevo_msgs.srv import EvaluateBatch, EvaluateLineages
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
@@ -28,7 +26,7 @@ from coevo_manager.evaluators.messages import (
     to_lineages,
     to_sequence,
 )
-from node_runner import own_arguments, start_ros
+from node_runner import own_arguments, run_ros, stop_requested
 
 WAIT = 0.1
 """Longest wait for a request, s: a signal is honoured within this time."""
@@ -210,15 +208,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     command_line = list(sys.argv if arguments is None else ['evaluator', *arguments])
     parser.parse_args(own_arguments(command_line))
-    start_ros(command_line)
-    stop = threading.Event()
+    return run_ros(_serve, command_line)
+
+
+def _serve() -> int:
     node = EvaluatorNode()
     gc.freeze()  # what was imported stays: collections need not look at it
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda *_: stop.set())
-    node.serve(stop)
+    node.serve(stop_requested)
     node.destroy_node()
-    rclpy.try_shutdown()
     return 0
 
 

@@ -2,6 +2,8 @@
 
 import array
 import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -212,6 +214,20 @@ def test_a_signal_ends_it_cleanly(start, number):
     process.send_signal(number)
     assert process.wait() == 0
     assert 'Traceback' not in process.stderr_text
+
+
+def test_a_signal_in_the_moment_when_it_is_ready_ends_it_cleanly(ros_env):
+    script = (
+        'import os, signal, sys\n'
+        'from coevo_manager.evaluators import evaluator\n'
+        'class Hasty(evaluator.EvaluatorNode):\n'
+        '    def __init__(self):\n'
+        '        super().__init__()\n'
+        '        os.kill(os.getpid(), signal.SIGTERM)\n'
+        'evaluator.EvaluatorNode = Hasty\n'
+        'sys.exit(evaluator.main([]))\n'
+    )
+    assert subprocess.run([sys.executable, '-c', script], env=ros_env).returncode == 0
 
 
 def test_a_request_that_comes_again_is_played_once_and_answered_again(asker):
