@@ -14,7 +14,13 @@ from marxbot_sim.core.layout import (
     RIGHT,
     WHEEL_ROWS,
 )
-from marxbot_sim.core.parameters import BODY_RADIUS, INFRARED_RANGE
+from marxbot_sim.core.parameters import (
+    BODY_RADIUS,
+    CAMERA_SECTORS,
+    GROUND_POSITIONS,
+    INFRARED_RANGE,
+    INFRARED_RAYS,
+)
 from marxbot_sim.core.perturbations import MAX_LATENCY_TICKS, PERFECT
 from marxbot_sim.core.randomness import (
     four_normals,
@@ -59,17 +65,26 @@ _COUNTER_ROWS = 3
 _MOTOR_NUMBER, _LOSS_NUMBER = 12, 14  # the numbers of a tick: 0 to 11 for the sensors, then these
 _SLOTS = MAX_LATENCY_TICKS + 1
 
+# Rows of `drawn`: a normal value for each ray, sector, ground sensor and wheel, and a fraction.
+_FOR_CAMERA = INFRARED_RAYS
+_FOR_GROUND = _FOR_CAMERA + CAMERA_SECTORS
+_FOR_WHEELS = _FOR_GROUND + len(GROUND_POSITIONS)
+_FOR_LOSS = _FOR_WHEELS + WHEEL_ROWS
+_DRAWN_ROWS = _FOR_LOSS + 1
+
 Disturbance = namedtuple(
-    'Disturbance', 'settings counters held queue clock latency turning rolling'
+    'Disturbance', 'settings counters drawn held queue clock latency worn turning rolling'
 )
 """State of the perturbations of 16 robots.
 
 settings : float32 (SETTING_ROWS, 16), by robot
 counters : uint32 (3, 16), two words of the episode's key, and ticks since the episode's start
+drawn : float32 (39, 16), the random numbers of the tick to come, see `_draw`
 held : float32 (2, 16), last command that was not lost, rad/s
 queue : float32 (22, 16), commands of the last ticks, rad/s
 clock : int64 (1,), ticks in which commands were late, of whatever episodes
 latency : int, ticks by which a command takes effect late where it does
+worn : bool, whether a robot's battery is not full, or its wheels are not as they should be
 turning : float32 (2, 16), speeds of the wheels as their encoders count them, rad/s
 rolling : float32 (2, 16), wheel speeds with which a perfect robot would move as this one does
 """
@@ -110,10 +125,12 @@ def make_disturbance(perturbations, max_wheel_speeds):
     disturbance = Disturbance(
         settings,
         aligned_rows(_COUNTER_ROWS, np.uint32),
+        aligned_rows(_DRAWN_ROWS),
         aligned_rows(WHEEL_ROWS),
         aligned_rows(WHEEL_ROWS * _SLOTS),
         np.zeros(1, np.int64),
         p.latency_ticks,
+        p.battery < 1 or p.wheel_radius_scale != 1 or p.wheel_separation_scale != 1,
         aligned_rows(WHEEL_ROWS),
         aligned_rows(WHEEL_ROWS),
     )
@@ -133,45 +150,63 @@ def begin(disturbance, lane, seed, episode):
         disturbance.held[row, lane] = 0.0
     for row in range(WHEEL_ROWS * _SLOTS):
         disturbance.queue[row, lane] = 0.0
+    _draw(disturbance)
+
+
+@kernel_part
+def _draw(disturbance):
+    """Draw the random numbers of the tick to come.
+
+    They are drawn before the robots move, since the processor has little else to do meanwhile.
+    """
+    settings, counters, drawn = disturbance.settings, disturbance.counters, disturbance.drawn
+    tick = mix_tick(load(counters, _FIRST_KEY), load(counters, _SECOND_KEY), load(counters, _AGE))
+    if any_lane(load(settings, INFRARED_NOISE) > 0.0):
+        _draw_twelve(drawn, 0, tick, 0)
+        _draw_twelve(drawn, 12, tick, 4)
+    if any_lane((load(settings, CAMERA_NOISE) > 0.0) | (load(settings, GROUND_NOISE) > 0.0)):
+        _draw_twelve(drawn, _FOR_CAMERA, tick, 8)
+    a, b = random_words(tick, _MOTOR_NUMBER), random_words(tick, _MOTOR_NUMBER + 1)
+    normals = four_normals((a, b, a << 16, b << 16))
+    store(drawn, _FOR_WHEELS + LEFT, normals[0])
+    store(drawn, _FOR_WHEELS + RIGHT, normals[1])
+    if any_lane(load(settings, LOSS) > 0.0):
+        store(drawn, _FOR_LOSS, fractions(random_words(tick, _LOSS_NUMBER)))
 
 
 @numba.njit(forceinline=True)
-def _mix_tick(counters):
-    return mix_tick(load(counters, _FIRST_KEY), load(counters, _SECOND_KEY), load(counters, _AGE))
+def _draw_twelve(drawn, row, tick, number):
+    """Store the twelve normal values that four numbers of the tick give."""
+    words = four_words(tick, number)
+    _store_four(drawn, row, four_normals(words))
+    words = next_bits(words)
+    _store_four(drawn, row + 4, four_normals(words))
+    words = next_bits(words)
+    _store_four(drawn, row + 8, four_normals(words))
+
+
+@numba.njit(forceinline=True)
+def _store_four(drawn, row, normals):
+    store(drawn, row, normals[0])
+    store(drawn, row + 1, normals[1])
+    store(drawn, row + 2, normals[2])
+    store(drawn, row + 3, normals[3])
 
 
 @kernel_part
 def disturb_readings(disturbance, readings):
     """Add the tick's noise to what the robots sense, float32 (readings, 16)."""
-    settings = disturbance.settings
+    settings, drawn = disturbance.settings, disturbance.drawn
     infrared = load(settings, INFRARED_NOISE)
     camera, ground = load(settings, CAMERA_NOISE), load(settings, GROUND_NOISE)
-    tick = _mix_tick(disturbance.counters)
     if any_lane(infrared > 0.0):
-        for block in range(2):
-            words = four_words(tick, 4 * block)
-            row = INFRARED + 12 * block
-            _disturb_distances(readings, row, infrared, four_normals(words))
-            words = next_bits(words)
-            _disturb_distances(readings, row + 4, infrared, four_normals(words))
-            words = next_bits(words)
-            _disturb_distances(readings, row + 8, infrared, four_normals(words))
+        for i in range(INFRARED_RAYS):
+            _disturb_distance(readings, INFRARED + i, infrared, load(drawn, i))
     if any_lane((camera > 0.0) | (ground > 0.0)):
-        words = four_words(tick, 8)
-        _disturb_fractions(readings, CAMERA, camera, four_normals(words))
-        words = next_bits(words)
-        _disturb_fractions(readings, CAMERA + 4, camera, four_normals(words))
-        words = next_bits(words)
-        _disturb_fractions(readings, GROUND, ground, four_normals(words))
-
-
-@numba.njit(forceinline=True)
-def _disturb_distances(readings, row, deviation, normals):
-    """Disturb four infrared distances."""
-    _disturb_distance(readings, row, deviation, normals[0])
-    _disturb_distance(readings, row + 1, deviation, normals[1])
-    _disturb_distance(readings, row + 2, deviation, normals[2])
-    _disturb_distance(readings, row + 3, deviation, normals[3])
+        for i in range(CAMERA_SECTORS):
+            _disturb_fraction(readings, CAMERA + i, camera, load(drawn, _FOR_CAMERA + i))
+        for i in range(len(GROUND_POSITIONS)):
+            _disturb_fraction(readings, GROUND + i, ground, load(drawn, _FOR_GROUND + i))
 
 
 @numba.njit(forceinline=True)
@@ -184,15 +219,6 @@ def _disturb_distance(readings, row, deviation, normal):
     noisy = maximum(fma(deviation, normal, true), 0.0)
     noisy = (noisy + BODY_RADIUS) - BODY_RADIUS
     store(readings, row, select(true > INFRARED_RANGE, true, noisy))
-
-
-@numba.njit(forceinline=True)
-def _disturb_fractions(readings, row, deviation, normals):
-    """Disturb four numbers and keep them in [0, 1]."""
-    _disturb_fraction(readings, row, deviation, normals[0])
-    _disturb_fraction(readings, row + 1, deviation, normals[1])
-    _disturb_fraction(readings, row + 2, deviation, normals[2])
-    _disturb_fraction(readings, row + 3, deviation, normals[3])
 
 
 @numba.njit(forceinline=True)
@@ -212,12 +238,11 @@ def disturb_wheels(disturbance, commands):
     commands : float32 array, shape (2, 16)
         Wheel speeds asked for, rad/s.
     """
-    settings, counters = disturbance.settings, disturbance.counters
+    settings, drawn = disturbance.settings, disturbance.drawn
     left, right = load(commands, LEFT), load(commands, RIGHT)
-    tick = _mix_tick(counters)
     loss = load(settings, LOSS)
     if any_lane(loss > 0.0):
-        lost = fractions(random_words(tick, _LOSS_NUMBER)) < loss
+        lost = load(drawn, _FOR_LOSS) < loss
         left = select(lost, load(disturbance.held, LEFT), left)
         right = select(lost, load(disturbance.held, RIGHT), right)
         store(disturbance.held, LEFT, left)
@@ -225,19 +250,23 @@ def disturb_wheels(disturbance, commands):
     if disturbance.latency > 0:
         late = load(settings, LATENCY) > 0.0
         left, right = _delay(disturbance, late, left, right)
-    limit, noise = load(settings, SPEED_LIMIT), load(settings, MOTOR_NOISE)
-    a, b = random_words(tick, _MOTOR_NUMBER), random_words(tick, _MOTOR_NUMBER + 1)
-    normals = four_normals((a, b, a << 16, b << 16))
-    left = minimum(maximum(left, -limit), limit)
-    right = minimum(maximum(right, -limit), limit)
+    if disturbance.worn:
+        limit = load(settings, SPEED_LIMIT)
+        left = minimum(maximum(left, -limit), limit)
+        right = minimum(maximum(right, -limit), limit)
     store(disturbance.turning, LEFT, left)
     store(disturbance.turning, RIGHT, right)
-    left, right = left * fma(noise, normals[0], 1.0), right * fma(noise, normals[1], 1.0)
-    mean = (left + right) * 0.5 * load(settings, ADVANCE_SCALE)
-    spread = (right - left) * 0.5 * load(settings, TURN_SCALE)
-    store(disturbance.rolling, LEFT, mean - spread)
-    store(disturbance.rolling, RIGHT, mean + spread)
-    store(counters, _AGE, load(counters, _AGE) + 1)
+    noise = load(settings, MOTOR_NOISE)
+    left = left * fma(noise, load(drawn, _FOR_WHEELS + LEFT), 1.0)
+    right = right * fma(noise, load(drawn, _FOR_WHEELS + RIGHT), 1.0)
+    if disturbance.worn:
+        mean = (left + right) * 0.5 * load(settings, ADVANCE_SCALE)
+        spread = (right - left) * 0.5 * load(settings, TURN_SCALE)
+        left, right = mean - spread, mean + spread
+    store(disturbance.rolling, LEFT, left)
+    store(disturbance.rolling, RIGHT, right)
+    store(disturbance.counters, _AGE, load(disturbance.counters, _AGE) + 1)
+    _draw(disturbance)
 
 
 @numba.njit(forceinline=True)

@@ -48,10 +48,12 @@ def _own(disturbance, k):
     return Disturbance(
         disturbance.settings[k],
         disturbance.counters[k],
+        disturbance.drawn[k],
         disturbance.held[k],
         disturbance.queue[k],
         disturbance.clock[k],
         disturbance.latency,
+        disturbance.worn,
         disturbance.turning[k],
         disturbance.rolling[k],
     )
@@ -170,10 +172,10 @@ def _stack_disturbances(parts):
     fields = {
         name: _stacked([getattr(part, name) for part in parts])
         for name in Disturbance._fields
-        if name not in ('clock', 'latency')
+        if name not in ('clock', 'latency', 'worn')
     }
     clock = np.zeros((len(parts), 1), np.int64)
-    return Disturbance(**fields, clock=clock, latency=parts[0].latency)
+    return Disturbance(**fields, clock=clock, latency=parts[0].latency, worn=parts[0].worn)
 
 
 class SteppedEpisodes:
