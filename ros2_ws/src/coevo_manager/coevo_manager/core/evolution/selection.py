@@ -30,7 +30,7 @@ def cluster(vectors: np.ndarray, groups: int) -> np.ndarray:
         Members of each group in ascending order, groups in the order of their first members.
     """
     members = np.arange(len(vectors))[:, None]
-    sums = vectors.astype(np.int64)
+    sums = vectors.astype(np.float64)  # of integers: exact, sums of products are below 2**53
     while len(members) > groups:
         left, right = _nearest_pairs(sums)
         members = np.sort(np.concatenate((members[left], members[right]), axis=1), axis=1)
@@ -44,19 +44,17 @@ def _nearest_pairs(sums: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Groups of a round are of equal size, so that the distances of their sums order as those of
     their centroids do.
     """
-    product = sums @ sums.T
+    count = len(sums)
+    product = np.einsum('id,jd->ij', sums, sums)  # one thread, where BLAS would take two
     squares = np.diagonal(product)
-    left, right = np.triu_indices(len(sums), k=1)
-    distance = squares[left] + squares[right] - 2 * product[left, right]
-    order = np.argsort(distance, kind='stable')
-    free = [True] * len(sums)
+    distance = squares[:, np.newaxis] + squares - 2 * product
+    distance[np.tril_indices(count)] = np.inf
     pairs = []
-    for i, j in zip(left[order].tolist(), right[order].tolist(), strict=True):
-        if free[i] and free[j]:
-            free[i] = free[j] = False
-            pairs.append((i, j))
-            if 2 * len(pairs) == len(sums):
-                break
+    for _ in range(count // 2):
+        i, j = divmod(int(distance.argmin()), count)
+        distance[i] = distance[j] = np.inf
+        distance[:, i] = distance[:, j] = np.inf
+        pairs.append((i, j))
     pairs.sort()
     first, second = np.array(pairs).T
     return first, second
