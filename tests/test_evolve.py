@@ -278,6 +278,16 @@ def test_no_evaluator_answers(start, tmp_path):
     assert not (tmp_path / 'k').exists()
 
 
+def test_evaluators_that_cannot_be_started_are_told_in_one_sentence(start, tmp_path):
+    few_files = ['bash', '-c', 'ulimit -n 20; exec "$@"', 'bash']
+    evolve = executable_path('coevo_manager', 'evolve')
+    run = start([*few_files, evolve, '--preset', 'quick', '--out', tmp_path / 'run'])
+    assert run.wait() == 2
+    (line,) = run.stderr_text.splitlines()
+    assert line.startswith('evolve: an evaluator cannot be started: [Errno 24]')
+    assert not (tmp_path / 'run').exists()
+
+
 def test_a_configuration_file_is_the_base_of_the_options(tmp_path):
     path = tmp_path / 'run.yaml'
     path.write_text('{population: 32, selected: 8, predator_speed: 9.0, phases: 7}')

@@ -35,7 +35,7 @@ def by_condition(table, runs):
 
 
 def changes(table):
-    """Return the table of changes when a species alone is perturbed, or both where only both are."""
+    """Return the table of changes when a species alone is perturbed, in pymunk both."""
     worlds = list(table.run.unique())
     header = ['condition', *(f'{WORDS[s]}: {world}' for s in SPECIES for world in worlds)]
     rows = []

@@ -30,6 +30,11 @@ def own_cluster(workers: int) -> Iterator:
     Yields
     ------
     distributed.Client
+
+    Raises
+    ------
+    ClusterError
+        The processes cannot be started.
     """
     import dask
     from distributed import Client, LocalCluster
@@ -38,19 +43,22 @@ def own_cluster(workers: int) -> Iterator:
     pages: dict[str, list[str]] = {
         f'distributed.{kind}.http.routes': [] for kind in ('scheduler', 'worker')
     }
-    with (
-        dask.config.set(pages),
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            memory_limit=0,
-            dashboard_address=':0',
-            silence_logs=logging.CRITICAL,
-            security=Security.temporary(),
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(dask.config.set(pages))
+        try:
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                memory_limit=0,
+                dashboard_address=':0',
+                silence_logs=logging.CRITICAL,
+                security=Security.temporary(),
+            )
+            client = Client(stack.enter_context(cluster))
+        except (OSError, RuntimeError) as error:
+            reason = ' '.join(str(error).split())[:300]
+            raise ClusterError(f'worker processes cannot be started: {reason}') from None
+        yield stack.enter_context(client)
 
 
 def connect(address: str):

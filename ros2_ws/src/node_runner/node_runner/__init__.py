@@ -11,7 +11,7 @@ from node_runner.concerns import Concerns
 from node_runner.executor import describe, make_executor
 from node_runner.interface import Interface, Parameter, Service, Topic
 from node_runner.runner import run_node, run_ros, stop_requested, wait_until
-from node_runner.start import own_arguments, start_ros
+from node_runner.start import complain, own_arguments, start_ros
 
 __all__ = [
     'Complaints',
@@ -21,6 +21,7 @@ __all__ = [
     'Service',
     'Topic',
     'ask',
+    'complain',
     'describe',
     'make_executor',
     'new_number',

@@ -59,8 +59,8 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
     ----------
     work
         Returns an exit code. It waits by `wait_until`, which raises `KeyboardInterrupt` when a
-        signal came. `ValueError` is bad input, `RuntimeError` and `TimeoutError` are
-        failures: their text is printed on stderr.
+        signal came. `ValueError` is bad input, `RuntimeError` and `OSError` are failures: their
+        text is printed on stderr.
     args
         Command line, with the name of the program and the ``--ros-args``; None takes ``sys.argv``.
 
@@ -80,7 +80,7 @@ def run_ros(work: Callable[[], int], args: Sequence[str] | None = None) -> int:
     except (ValueError, ParameterException) as error:
         complain(command_line, error)
         return 2
-    except (RuntimeError, TimeoutError) as error:
+    except (RuntimeError, OSError) as error:
         complain(command_line, error)
         return 1
     finally:

@@ -7,6 +7,7 @@ import itertools
 import os
 import pwd
 import re
+import socket
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -80,6 +81,18 @@ def _check_variables() -> None:
             raise ValueError(f'{name} is {value[:40]!r}, expected {expected}')
 
 
+def _check_peers() -> None:
+    """Refuse by a ValueError peers that have no address, on which no node would start."""
+    for peer in filter(None, os.environ.get('ROS_STATIC_PEERS', '').split(';')):
+        try:
+            socket.getaddrinfo(peer, None)
+        except (OSError, UnicodeError):
+            raise ValueError(
+                f'ROS_STATIC_PEERS names {peer[:40]!r}, which has no address, expected hosts or '
+                'addresses with ; between them'
+            ) from None
+
+
 def complain(command_line: Sequence[str], error: object) -> None:
     """Print on stderr in one line what went wrong, after the name of the program."""
     said = re.sub(r'\s*, at \S+:\d+', '', str(error))  # rcl adds places in its sources
@@ -90,6 +103,7 @@ def complain(command_line: Sequence[str], error: object) -> None:
 def _refusing(command_line: Sequence[str]) -> Iterator[None]:
     try:
         _check_variables()
+        _check_peers()
         with _rcl_silent():
             for file in parameter_files(command_line):
                 _check(file)

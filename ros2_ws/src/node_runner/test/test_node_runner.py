@@ -79,11 +79,19 @@ def test_no_home_is_needed(start):
     assert process.stderr_text == ''
 
 
-def test_what_rcl_raises_is_one_line(start):
-    process = start(program("Node('n')"), {'ROS_STATIC_PEERS': '###'})
+@pytest.mark.parametrize('peers', ['###', '127.0.0.1;no.such.host.invalid'])
+def test_peers_without_an_address_are_named(start, peers):
+    process = start(program("Node('n'); return 0"), {'ROS_STATIC_PEERS': peers})
+    assert process.wait() == 2
+    (line,) = process.stderr_text.splitlines()
+    assert line.startswith(f"work: ROS_STATIC_PEERS names '{peers.split(';')[-1]}', which has no ")
+
+
+def test_what_rcl_raises_is_one_line_without_places_in_its_sources(start):
+    body = "raise RuntimeError('no node: no memory\\n, at /project/src/rcl/node.c:252')"
+    process = start(program(body))
     assert process.wait() == 1
-    line = process.stderr_text.splitlines()[-1]
-    assert line == 'work: error creating node: Unable to resolve peer ###'
+    assert process.stderr_text == 'work: no node: no memory\n'
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

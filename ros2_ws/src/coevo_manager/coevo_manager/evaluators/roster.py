@@ -235,7 +235,10 @@ class Roster:
         wanted = max(self._own, 1) if self.known else 1
         own = sum(client.process is not None for client in self.clients)
         while own < wanted and now >= self._next_start:
-            process = EvaluatorProcess()
+            try:
+                process = EvaluatorProcess()
+            except OSError as error:
+                raise EvaluationError(f'an evaluator cannot be started: {error}') from None
             self._add(process.service, process)
             own += 1
         if self.known and now >= self._next_discovery:

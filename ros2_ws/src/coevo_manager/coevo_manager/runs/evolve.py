@@ -21,7 +21,7 @@ from coevo_manager.runs.page import Page
 from coevo_manager.runs.run import Plan, Runner, make_plan
 from coevo_manager.runs.status import Status
 from coevo_manager.runs.template import make_template
-from node_runner import own_arguments, start_ros
+from node_runner import complain, own_arguments, start_ros
 
 
 class _Interruption:
@@ -82,7 +82,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _evolve(plan: Plan, options: Options, interruption: _Interruption) -> int:
-    node = rclpy.create_node('evolve', start_parameter_services=False)
+    try:
+        node = rclpy.create_node('evolve', start_parameter_services=False)
+    except RuntimeError as error:
+        complain(['evolve'], error)
+        return 1
     console = make_console()
     display = make_display(plan.configuration, options.quiet, console)
     # The address was asked for: --quiet silences what a run tells of itself.
