@@ -111,8 +111,13 @@ def read_campaign(path: Path) -> Campaign:
 
 def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
     shared = _mapping(path, 'configuration', content.get('configuration', {}))
-    conditions = _named(path, 'conditions', content, 'standard')
-    environments = _named(path, 'environments', content, 'open')
+    conditions = _named(path, 'conditions', content.get('conditions', ['standard']))
+    # Without environments, each run has that of its configuration.
+    environments = (
+        _named(path, 'environments', content['environments'])
+        if 'environments' in content
+        else {'': {}}
+    )
     seeds = {
         condition: _seeds(path, f'conditions.{condition}.seeds', own['seeds'])
         if 'seeds' in own
@@ -126,14 +131,22 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
     for condition, named in conditions.items():
         own = {key: value for key, value in named.items() if key != 'seeds'}
         for environment, around in environments.items():
+            for field in own.keys() & around.keys():
+                if own[field] != around[field]:
+                    raise CampaignError(
+                        f'{path}: conditions.{condition} sets {field} to '
+                        f'{reprlib.repr(own[field])} and environments.{environment} to '
+                        f'{reprlib.repr(around[field])}, expected one of them'
+                    )
             for seed in seeds[condition]:
                 values = {**shared, **own, **around, 'seed': seed}
                 try:
                     configuration = load_configuration(values, content.get('preset', 'quick'))
                 except ValueError as error:
                     raise CampaignError(f'{path}: {condition}, {environment}: {error}') from None
-                name = f'{condition}-{environment}-seed{seed}'
-                yield Job(condition, environment, configuration, out / name)
+                place = environment or configuration.environment
+                name = f'{condition}-{place}-seed{seed}'
+                yield Job(condition, place, configuration, out / name)
 
 
 def _seeds(path: Path, name: str, seeds: Any) -> list[int]:
@@ -144,19 +157,20 @@ def _seeds(path: Path, name: str, seeds: Any) -> list[int]:
     return seeds
 
 
-def _named(path: Path, key: str, content: Mapping, default: str) -> dict[str, Mapping[str, Any]]:
+def _named(path: Path, key: str, given: Any) -> dict[str, Mapping[str, Any]]:
     """Conditions or environments: mappings by name, or a list of values of their own field.
 
     A condition may have seeds of its own.
     """
     field = {'conditions': 'algorithm', 'environments': 'environment'}[key]
     known = {*all_fields(), *(['seeds'] if key == 'conditions' else [])}
-    given = content.get(key, [default])
     if isinstance(given, list):
         given = {str(value): {field: value} for value in given}
     given = _mapping(path, key, given)
     for name, values in given.items():
         for inner in _mapping(path, f'{key}.{name}', values):
+            if inner == 'seed':
+                raise CampaignError(f'{path}: {key}.{name}.seed: seeds belong into seeds')
             if inner not in known:
                 raise CampaignError(
                     f'{path}: {key}.{name}: {reprlib.repr(inner)} is unknown, expected keys '

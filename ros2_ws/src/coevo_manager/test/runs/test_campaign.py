@@ -56,10 +56,26 @@ def test_a_condition_may_have_seeds_of_its_own(tmp_path):
     }
 
 
+def test_without_environments_each_run_has_that_of_its_configuration(tmp_path):
+    path = write(
+        tmp_path / 'c.yaml',
+        configuration={'environment': 'obstacle'},
+        conditions={'standard': {}, 'free': {'environment': 'open'}},
+        seeds=[1],
+    )
+    found = {job.folder.name: job.configuration.environment for job in read_campaign(path).jobs}
+    assert found == {'standard-obstacle-seed1': 'obstacle', 'free-open-seed1': 'open'}
+
+
 @pytest.mark.parametrize(
     ('content', 'expected'),
     [
         ({'conditions': {'a': {'seeds': 3}}}, 'conditions.a.seeds is 3'),
+        ({'conditions': {'a': {'seed': 3}}}, 'conditions.a.seed: seeds belong into seeds'),
+        (
+            {'conditions': {'a': {'environment': 'obstacle'}}, 'environments': ['open']},
+            "conditions.a sets environment to 'obstacle' and environments.open to 'open'",
+        ),
         ({'environments': {'a': {'seeds': [3]}}}, "environments.a: 'seeds' is unknown"),
         ({'speed': 1}, "key 'speed' is unknown"),
         ({'seeds': []}, 'seeds is []'),
