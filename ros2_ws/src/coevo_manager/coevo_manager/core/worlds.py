@@ -31,7 +31,7 @@ WORLDS: dict[str, dict[str, Any]] = {
 * ``varied``: the same with starts displaced by up to 0.3 m and turned by up to pi. That is this
   project's choice; the authors state nothing of the kind.
 * ``robust``: ``varied`` with noise on camera, infrared (m), ground and motors, this project's
-  choice too: what evolves in it survives on robots.
+  choice too. Predators that evolve in it lose least on imperfect robots (docs/transfer.md).
 """
 
 WORLD = Option(
