@@ -4,7 +4,7 @@ import signal
 import subprocess
 from pathlib import Path
 
-from ros_processes import ROOT, process_starter, ros_environment, wait_until
+from ros_processes import ROOT, own_lines, process_starter, ros_environment, wait_until
 
 PYTHON = ROOT / '.venv' / 'bin' / 'python'
 
@@ -24,6 +24,11 @@ def test_domains_are_never_shared():
         domains = {first['ROS_DOMAIN_ID'], second['ROS_DOMAIN_ID'], result.stdout.strip()}
     assert len(domains) == 3
     assert all(1 <= int(domain) <= 101 for domain in domains)
+
+
+def test_only_lines_about_shared_memory_are_left_out():
+    dds = '\x1b[37;1m2026-12-01 \x1b[31;1m[\x1b[37;1mRTPS_TRANSPORT_SHM\x1b[31;1m Error] ...\n'
+    assert own_lines(f'first\n{dds}\nsecond') == 'first\n\nsecond'
 
 
 def test_children_that_outlive_their_parent_are_ended(ros_env, tmp_path):
