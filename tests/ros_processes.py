@@ -59,8 +59,9 @@ def ros_environment() -> Iterator[dict[str, str]]:
 def own_lines(text: str) -> str:
     """What a process printed, less the lines of Fast DDS about ports in shared memory.
 
-    Participants of all domains of a machine take the next free one. Where two reach for the same,
-    one of them says so on stderr and takes another (Fast DDS 1095 and 6117): nothing is amiss.
+    Participants of all domains of a machine take the next free one. Where it is another's, or was
+    left by a killed process, Fast DDS says so and takes another (its issues 1095 and 6117): nothing
+    is amiss.
     """
     lines = text.splitlines(keepends=True)
     return ''.join(line for line in lines if 'RTPS_TRANSPORT_SHM' not in line)
@@ -89,7 +90,7 @@ class Process(subprocess.Popen):
     @property
     def stdout_text(self) -> str:
         """What it printed so far."""
-        return self.stdout_path.read_text(errors='replace')
+        return own_lines(self.stdout_path.read_text(errors='replace'))
 
     @property
     def stderr_text(self) -> str:

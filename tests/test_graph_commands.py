@@ -7,7 +7,7 @@ import sys
 
 import pytest
 import yaml
-from ros_processes import ROOT, own_lines, wait_until
+from ros_processes import ROOT, wait_until
 
 COMMAND = [str(ROOT / 'scripts' / 'ros2')]
 
@@ -30,7 +30,7 @@ def demo(env, starter):
             timeout=120,
         )
         assert result.returncode == code, result.stderr
-        return result.stdout or own_lines(result.stderr)
+        return result.stdout or result.stderr
 
     return run
 
