@@ -60,8 +60,7 @@ def own_lines(text: str) -> str:
     """What a process printed, less the lines of Fast DDS about ports in shared memory.
 
     Participants of all domains of a machine take the next free one. Where it is another's, or was
-    left by a killed process, Fast DDS says so and takes another (its issues 1095 and 6117): nothing
-    is amiss.
+    left by a killed process, Fast DDS says so and takes another (its issues 1095 and 6117).
     """
     lines = text.splitlines(keepends=True)
     return ''.join(line for line in lines if 'RTPS_TRANSPORT_SHM' not in line)
