@@ -15,7 +15,10 @@ ROOT = Path(__file__).resolve().parents[2]
 TESTS = {
     'processes': ['-m', 'processes'],
     'suite': [],
-    'records': ['tests/test_packet_loss.py', '-k', 'recording', '--count', '100', '--dist', 'load'],
+    'records': [
+        *('tests/test_packet_loss.py', '-k', 'recording'),
+        *('--count', '100', '--dist', 'load'),
+    ],
 }
 LOADS = ('quiet', 'busy', 'one_core')
 ROWS = {
