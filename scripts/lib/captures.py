@@ -1,12 +1,10 @@
 """What scripts/captures does; see there."""
 
-import argparse
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from marked_pages import MarkedPage, markdown
+from marked_pages import MarkedPage, make_parser, markdown
 
 from coevo_manager.analysis.runs import by_condition, read_runs
 from coevo_manager.core.episodes.traces import trace_pairs
@@ -108,9 +106,7 @@ def cell(name, value):
 
 def main():
     """Run the script."""
-    parser = argparse.ArgumentParser(prog='captures')
-    parser.add_argument('page', type=Path)
-    parser.add_argument('runs', nargs='+', type=Path)
+    parser = make_parser('captures')
     parser.add_argument('--early', type=int, default=10_000)
     options = parser.parse_args()
     try:

@@ -1,13 +1,12 @@
 """What scripts/comparison does; see there."""
 
-import argparse
 import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from marked_pages import MarkedPage, markdown, probability
+from marked_pages import MarkedPage, make_parser, markdown, probability
 
 from coevo_manager.analysis.figures import draw
 from coevo_manager.analysis.figures.charts import (
@@ -225,9 +224,7 @@ def charts(table, curves):
 
 def main():
     """Read the runs and write the page."""
-    parser = argparse.ArgumentParser(prog='comparison', add_help=False)
-    parser.add_argument('page', type=Path)
-    parser.add_argument('runs', type=Path, nargs='+')
+    parser = make_parser('comparison')
     options = parser.parse_args()
     try:
         page = MarkedPage(options.page, 'comparison')

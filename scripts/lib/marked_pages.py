@@ -1,7 +1,9 @@
 """Pages of docs/ of which a script writes a part: that between two lines ``<!-- NAME -->``."""
 
+import argparse
 import math
 import re
+from pathlib import Path
 
 from coevo_manager.core.evolution.files import write_whole
 
@@ -35,6 +37,14 @@ class MarkedPage:
         part = f'{self._mark}\n{text}\n{self._mark}'
         page = re.sub(pattern, lambda _: part, self._text, flags=re.DOTALL)
         write_whole(self._path, page.encode())
+
+
+def make_parser(program):
+    """Make the command line of a script that fills a page from run folders."""
+    parser = argparse.ArgumentParser(prog=program, add_help=False)
+    parser.add_argument('page', type=Path)
+    parser.add_argument('runs', type=Path, nargs='+')
+    return parser
 
 
 def markdown(header, rows):

@@ -1,14 +1,17 @@
 """What scripts/transfer does; see there."""
 
-import argparse
 import os
-from pathlib import Path
 
-from marked_pages import MarkedPage, markdown
+from marked_pages import MarkedPage, make_parser, markdown
 
 from coevo_manager.analysis.figures.draw import save
 from coevo_manager.analysis.runs import read_runs
-from coevo_manager.analysis.transfer.measure import KERNEL, measure_transfer, targets
+from coevo_manager.analysis.transfer.measure import (
+    KERNEL,
+    measure_transfer,
+    perturbed_alone,
+    targets,
+)
 from coevo_manager.analysis.transfer.report import draw_transfer
 from coevo_manager.core.species import SPECIES
 
@@ -37,47 +40,34 @@ def by_condition(table, runs):
 def changes(table):
     """Return the table of changes when a species alone is perturbed, in pymunk both."""
     worlds = list(table.run.unique())
+    own = perturbed_alone(table).set_index(['condition', 'species', 'run'])
     header = ['condition', *(f'{WORDS[s]}: {world}' for s in SPECIES for world in worlds)]
     rows = []
     for condition in dict.fromkeys(target.name for target in targets()):
         if condition == KERNEL:
             continue
-        cells = [condition]
-        for species in SPECIES:
-            for world in worlds:
-                own = _rows(table, world, condition, species)
-                alone = own[own.perturbed.isin([species, 'both'])].iloc[0]
-                cells.append(f'{alone.change:+.3f} ± {alone.high - alone.change:.3f}')
-        rows.append(cells)
+        alone = [own.loc[(condition, species, world)] for species in SPECIES for world in worlds]
+        cells = [f'{row.change:+.3f} ± {row.high - row.change:.3f}' for row in alone]
+        rows.append([condition, *cells])
     return markdown(header, rows)
 
 
 def fitness(table):
     """Return the table of fitness against the champions of all runs, both species perturbed."""
     conditions = [KERNEL, 'pymunk', 'all perturbations', 'pymunk, all perturbations']
+    both = table[table.perturbed == 'both'].set_index(['condition', 'species', 'run'])
     rows = []
     for species in SPECIES:
         for world in table.run.unique():
-            cells = [f'{WORDS[species]}: {world}']
-            for condition in conditions:
-                own = _rows(table, world, condition, species)
-                both = own[own.perturbed == 'both'].iloc[0]
-                cells.append(f'{both.fitness:.3f} ± {both.spread:.3f}')
-            rows.append(cells)
+            own = [both.loc[(condition, species, world)] for condition in conditions]
+            cells = [f'{row.fitness:.3f} ± {row.spread:.3f}' for row in own]
+            rows.append([f'{WORDS[species]}: {world}', *cells])
     return markdown(['', *conditions], rows)
-
-
-def _rows(table, world, condition, species):
-    return table[
-        (table.run == world) & (table.condition == condition) & (table.species == species)
-    ]
 
 
 def main():
     """Measure, and write the page and its figure."""
-    parser = argparse.ArgumentParser(prog='transfer', add_help=False)
-    parser.add_argument('page', type=Path)
-    parser.add_argument('runs', type=Path, nargs='+')
+    parser = make_parser('transfer')
     options = parser.parse_args()
     try:
         page = MarkedPage(options.page, 'transfer')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import os
 import pwd
@@ -84,13 +85,20 @@ def _check_variables() -> None:
 def _check_peers() -> None:
     """Refuse by a ValueError peers that have no address, on which no node would start."""
     for peer in filter(None, os.environ.get('ROS_STATIC_PEERS', '').split(';')):
-        try:
-            socket.getaddrinfo(peer, None)
-        except (OSError, UnicodeError):
+        if not _has_address(peer):
             raise ValueError(
                 f'ROS_STATIC_PEERS names {peer[:40]!r}, which has no address, expected hosts or '
                 'addresses with ; between them'
-            ) from None
+            )
+
+
+@functools.cache
+def _has_address(host: str) -> bool:
+    try:
+        socket.getaddrinfo(host, None)
+    except (OSError, UnicodeError):
+        return False
+    return True
 
 
 def complain(command_line: Sequence[str], error: object) -> None:

@@ -143,7 +143,8 @@ def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:
                 try:
                     configuration = load_configuration(values, content.get('preset', 'quick'))
                 except ValueError as error:
-                    raise CampaignError(f'{path}: {condition}, {environment}: {error}') from None
+                    where = ', '.join(filter(None, (condition, environment)))
+                    raise CampaignError(f'{path}: {where}: {error}') from None
                 place = environment or configuration.environment
                 name = f'{condition}-{place}-seed{seed}'
                 yield Job(condition, place, configuration, out / name)

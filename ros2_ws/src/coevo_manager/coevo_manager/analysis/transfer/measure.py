@@ -207,13 +207,21 @@ def _compare(here: np.ndarray, there: np.ndarray) -> dict[str, float]:
     }
 
 
+def perturbed_alone(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each run, condition and species: that in which it alone is perturbed.
+
+    Under conditions that have only one variant, it is the row in which both are.
+    """
+    alone = table[(table.perturbed == table.species) | (table.perturbed == 'both')]
+    return alone.drop_duplicates(['run', 'condition', 'species'])
+
+
 def hurt(table: pd.DataFrame) -> pd.Series:
     """Return who is hurt, by run and condition: those who do worse when they are perturbed.
 
     A species counts as hurt where the whole interval of its change lies below 0, with itself
     perturbed alone, or, under conditions that have only one variant, with everybody.
     """
-    alone = table[(table.perturbed == table.species) | (table.perturbed == 'both')]
-    own = alone.drop_duplicates(['run', 'condition', 'species'])
+    own = perturbed_alone(table)
     worse = own[own.high < 0]
     return worse.groupby(['run', 'condition'], sort=False).species.agg(' and '.join)

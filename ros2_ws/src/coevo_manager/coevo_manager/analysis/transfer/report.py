@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from coevo_manager.analysis.figures.charts import CONDITION_COLOURS, CONDITION_MARKERS
 from coevo_manager.analysis.figures.draw import MARKS, STYLE
-from coevo_manager.analysis.transfer.measure import KERNEL, hurt
+from coevo_manager.analysis.transfer.measure import KERNEL, hurt, perturbed_alone
 from coevo_manager.core.species import SPECIES
 
 _HEAD = (
@@ -73,8 +73,7 @@ def draw_transfer(table: pd.DataFrame) -> Figure:
             offset = (0.5 - (k + 0.5) / len(runs)) * 0.6
             for j, species in enumerate(SPECIES):
                 rows = table[(table.run == run) & (table.species == species)]
-                own = rows[rows.perturbed.isin([species, 'both'])]
-                own = own.drop_duplicates('condition').set_index('condition').loc[names]
+                own = perturbed_alone(rows).set_index('condition').loc[names]
                 both = rows[rows.perturbed == 'both'].set_index('condition').loc[names]
                 spans = [own.change - own.low, own.high - own.change]
                 (first, *_) = axes[j].errorbar(

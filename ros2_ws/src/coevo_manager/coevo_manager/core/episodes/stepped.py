@@ -169,13 +169,12 @@ def _stacked(arrays):
 def _stack_disturbances(parts):
     if parts[0] is None:
         return None
-    fields = {
+    rows = {
         name: _stacked([getattr(part, name) for part in parts])
         for name in Disturbance._fields
-        if name not in ('clock', 'latency', 'worn')
+        if np.ndim(getattr(parts[0], name)) == 2
     }
-    clock = np.zeros((len(parts), 1), np.int64)
-    return Disturbance(**fields, clock=clock, latency=parts[0].latency, worn=parts[0].worn)
+    return parts[0]._replace(**rows, clock=np.zeros((len(parts), 1), np.int64))
 
 
 class SteppedEpisodes:
