@@ -28,7 +28,7 @@ from red_queen.environments import ChaseVectorEnv
 
 ARENAS = {'open': Environment(), 'obstacle': Environment(obstacle=True)}
 SMALL_BATCH = 100
-CORES = os.cpu_count() or 1
+CORES = len(os.sched_getaffinity(0))
 
 
 class Populations:
@@ -260,7 +260,7 @@ def machine():
         if line.startswith('model name'):
             model = line.split(':', 1)[1].strip()
             break
-    return f'{model}, {os.cpu_count()} cores, Python {platform.python_version()}'
+    return f'{model}, {CORES} cores, Python {platform.python_version()}'
 
 
 SECTIONS = {

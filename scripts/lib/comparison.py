@@ -35,7 +35,7 @@ INDIVIDUALS = 10
 REFERENCE = 'standard'
 """The condition that the others are tested against."""
 
-THREADS = os.cpu_count() or 1
+THREADS = len(os.sched_getaffinity(0))
 
 
 class Run:

@@ -72,7 +72,7 @@ def main():
     try:
         page = MarkedPage(options.page, 'transfer')
         runs = read_runs(options.runs)
-        table = measure_transfer(runs, CHAMPIONS, DRAWS, os.cpu_count())
+        table = measure_transfer(runs, CHAMPIONS, DRAWS, len(os.sched_getaffinity(0)))
     except ValueError as error:
         parser.exit(2, f'transfer: {error}\n')
     table = by_condition(table, runs)

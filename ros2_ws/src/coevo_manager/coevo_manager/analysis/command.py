@@ -38,7 +38,7 @@ _NUMBERS = (
     Option(
         'threads',
         int,
-        os.cpu_count(),
+        len(os.sched_getaffinity(0)),
         'threads and processes on this machine; they change no result',
         minimum=1,
     ),

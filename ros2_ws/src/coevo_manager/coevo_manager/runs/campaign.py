@@ -40,7 +40,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def work() -> int:
         campaign = read_campaign(arguments.file)
-        cluster = connect(arguments.dask) if arguments.dask else own_cluster(os.cpu_count() or 1)
+        cluster = (
+            connect(arguments.dask)
+            if arguments.dask
+            else own_cluster(len(os.sched_getaffinity(0)))
+        )
         columns = (TextColumn('Runs'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
         with cluster as client, Progress(*columns, console=console) as progress:
             task = progress.add_task('runs', total=len(campaign.jobs))

@@ -1,6 +1,9 @@
 """The command line of evolve: files, templates and worlds."""
 
+import os
 import re
+import subprocess
+import sys
 
 import pytest
 import yaml
@@ -44,3 +47,17 @@ def test_a_world_given_as_an_option_goes_before_the_files_settings(tmp_path):
     environment = load_configuration(values).make_environment()
     expected = load_configuration({'world': 'faithful', 'prey_speed': 9.0, 'episode_ticks': 150})
     assert environment == expected.make_environment()
+
+
+@pytest.mark.parametrize('command', ['analysis.command', 'analysis.transfer.command'])
+def test_a_command_uses_the_cores_that_it_is_given(command):
+    code = f'from coevo_manager.{command} import make_parser as m; print(m().get_default("threads"))'
+    one = {min(os.sched_getaffinity(0))}
+    found = subprocess.run(
+        [sys.executable, '-c', code],
+        preexec_fn=lambda: os.sched_setaffinity(0, one),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert found.stdout == '1\n'

@@ -24,7 +24,7 @@ def make_parser() -> Parser:
     for name, default, text in (
         ('champions', 10, 'fittest individuals of each species and run'),
         ('draws', 5, 'draws of each perturbation that is random'),
-        ('threads', os.cpu_count(), 'threads; they change no result'),
+        ('threads', len(os.sched_getaffinity(0)), 'threads; they change no result'),
     ):
         add_option(parser, Option(name, int, default, text, minimum=1))
     return parser
