@@ -1,9 +1,10 @@
-"""The scripts that write results into pages: scripts/captures and scripts/comparison."""
+"""Scripts that write results into pages, and what scripts/crush shows to TestU01."""
 
 import sys
 
 import captures
 import comparison
+import crush
 import numpy as np
 import pandas as pd
 import pytest
@@ -108,3 +109,18 @@ def test_a_page_without_marks_is_refused(script, runs, tmp_path, monkeypatch, ca
     assert code == 2
     assert 'has 0 lines <!--' in capsys.readouterr().err
     assert path.read_text() == 'nothing\n'
+
+
+def test_a_battery_sees_the_words_of_episode_after_episode():
+    rows = np.zeros((crush.AGE + 1, 16), np.uint32)
+    expected = []
+    for episode in (0, 8):
+        crush.draw(rows, episode)
+        expected += rows[:-3].ravel().tolist()
+    assert len(set(expected)) > 0.9999 * len(expected)
+    for backwards in (0, 1):
+        state = np.array([crush.WORDS, 0, backwards])
+        seen = [crush.next_word(rows, state) for _ in range(len(expected))]
+        assert seen == (
+            [int(f'{word:032b}'[::-1], 2) for word in expected] if backwards else expected
+        )
