@@ -49,9 +49,8 @@ def start_ros(command_line: Sequence[str]) -> None:
     """Initialise rclpy, leaving the signals alone; bad ROS arguments exit with code 2."""
     with _refusing(command_line):
         if not any(os.environ.get(name) for name in ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')):
-            with contextlib.suppress(
-                KeyError
-            ):  # rcl's logs need a home, and it looks nowhere else
+            # rcl's logs need a home, and it looks nowhere else
+            with contextlib.suppress(KeyError):
                 os.environ['HOME'] = pwd.getpwuid(os.getuid()).pw_dir
         rclpy.init(args=list(command_line), signal_handler_options=SignalHandlerOptions.NO)
 

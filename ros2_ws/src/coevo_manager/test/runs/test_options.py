@@ -51,7 +51,10 @@ def test_a_world_given_as_an_option_goes_before_the_files_settings(tmp_path):
 
 @pytest.mark.parametrize('command', ['analysis.command', 'analysis.transfer.command'])
 def test_a_command_uses_the_cores_that_it_is_given(command):
-    code = f'from coevo_manager.{command} import make_parser as m; print(m().get_default("threads"))'
+    code = (
+        f'from coevo_manager.{command} import make_parser\n'
+        'print(make_parser().get_default("threads"))'
+    )
     one = {min(os.sched_getaffinity(0))}
     found = subprocess.run(
         [sys.executable, '-c', code],
