@@ -189,9 +189,24 @@ def read_champions(options: argparse.Namespace) -> list[Champion]:
     return [select_champion(getattr(options, species), species) for species in SPECIES]
 
 
+def any_path(text: str) -> Path:
+    """Return a path that the system can look up, whatever is there (argparse type)."""
+    if not text:
+        raise argparse.ArgumentTypeError('the path is empty, expected one that is not')
+    path = Path(text)
+    try:
+        path.lstat()
+    except OSError as error:
+        if error.errno == errno.ENAMETOOLONG:
+            raise argparse.ArgumentTypeError(
+                f'{text[:40]!r}... has {len(text)} characters, expected a shorter path'
+            ) from None
+    return path
+
+
 def new_path(text: str) -> Path:
     """Return a path where nothing is yet and whose folder exists (argparse type)."""
-    path = Path(text)
+    path = any_path(text)
     if path.exists():
         raise argparse.ArgumentTypeError(f'{path} exists, expected a new name')
     if not path.parent.is_dir():

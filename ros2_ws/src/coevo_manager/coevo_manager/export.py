@@ -1,12 +1,12 @@
 """The executable export: a genome as a controller's parameters, or as a C header."""
 
 import sys
-from pathlib import Path
 
 from coevo_manager.command_line import (
     GENOME_HELP,
     Parser,
     add_environment_options,
+    any_path,
     carry_out,
     read_environment,
 )
@@ -49,10 +49,13 @@ def main(arguments=None):
     parser.add_argument('genome', metavar='GENOME', help=GENOME_HELP)
     parser.add_argument('--species', choices=SPECIES, required=True)
     parser.add_argument(
-        '--yaml', type=Path, metavar='FILE', help='parameters, for --params-file of the controller'
+        '--yaml',
+        type=any_path,
+        metavar='FILE',
+        help='parameters, for --params-file of the controller',
     )
     parser.add_argument(
-        '--header', type=Path, metavar='FILE', help='C99 header with weights and step function'
+        '--header', type=any_path, metavar='FILE', help='C99 header with weights and step function'
     )
     parser.add_argument('--name', help='prefix of what the header defines (default: the species)')
     add_environment_options(

@@ -3,11 +3,10 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from coevo_manager.command_line import Parser, add_option, carry_out
+from coevo_manager.command_line import Parser, add_option, any_path, carry_out
 from marxbot_sim.core.fields import Option
 
 _NUMBERS = (
@@ -52,15 +51,17 @@ def make_parser() -> Parser:
         description='Turn run folders (replications, conditions, environments) into figures, '
         'tables and one self-contained report.html.',
     )
-    parser.add_argument('runs', nargs='+', metavar='RUN', type=Path, help='run folders to compare')
     parser.add_argument(
-        '--out', required=True, metavar='DIR', type=Path, help='folder for the results'
+        'runs', nargs='+', metavar='RUN', type=any_path, help='run folders to compare'
+    )
+    parser.add_argument(
+        '--out', required=True, metavar='DIR', type=any_path, help='folder for the results'
     )
     for option in _NUMBERS:
         add_option(parser, option)
     parser.add_argument(
         '--cache',
-        type=Path,
+        type=any_path,
         metavar='DIR',
         help='folder of stored episode results (default: OUT/cache)',
     )

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from coevo_manager.command_line import Parser, add_option, carry_out
+from coevo_manager.command_line import Parser, add_option, any_path, carry_out
 from coevo_manager.outlet import Outlet
 from marxbot_sim.core.fields import Option
 
@@ -129,7 +129,7 @@ def _default_folder() -> Path:
 
 
 def _folder(text: str) -> Path:
-    path = Path(text)
+    path = any_path(text)
     if not path.is_dir():
         raise argparse.ArgumentTypeError(f'{text} is no folder, expected one with runs')
     return path

@@ -3,12 +3,11 @@
 import argparse
 import sys
 import time
-from pathlib import Path
 
 import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from coevo_manager.command_line import Parser, add_option, carry_out, new_path
+from coevo_manager.command_line import Parser, add_option, any_path, carry_out, new_path
 from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.recording.bag_reader import BagReader
 from coevo_manager.recording.message_types import message_class
@@ -110,7 +109,7 @@ def main(arguments=None):
         prog='replay',
         description='Plays a bag of an episode back on its topics, /clock included, or draws it.',
     )
-    parser.add_argument('bag', type=Path, metavar='BAG')
+    parser.add_argument('bag', type=any_path, metavar='BAG')
     add_option(parser, Option('rate', float, 1.0, 'pace, times real time', above=0.0))
     for name, kind, text in (
         ('png', _named('.png'), 'draw the trajectories instead'),

@@ -3,12 +3,11 @@
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from coevo_manager.cluster import connect, own_cluster
-from coevo_manager.command_line import Parser, carry_out
+from coevo_manager.command_line import Parser, any_path, carry_out
 from coevo_manager.outlet import Outlet, make_console
 
 
@@ -20,7 +19,7 @@ def make_parser() -> Parser:
         'Finished runs are skipped, interrupted ones continue, failed ones are tried again.',
     )
     parser.add_argument(
-        'file', metavar='FILE.yaml', type=Path, help='the campaign, see docs/analysis.md'
+        'file', metavar='FILE.yaml', type=any_path, help='the campaign, see docs/analysis.md'
     )
     parser.add_argument(
         '--dask',

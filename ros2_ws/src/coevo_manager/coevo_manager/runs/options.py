@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from coevo_manager.command_line import Parser, add_option
+from coevo_manager.command_line import Parser, add_option, any_path
 from coevo_manager.core.configuration import PRESETS
 from coevo_manager.core.documents import read_document
 from coevo_manager.core.evolution import read_record
@@ -119,7 +119,7 @@ def _make_parser() -> Parser:
         'replication of Simione and Nolfi (2019) (default: quick)',
     )
     run.add_argument(
-        '--config', type=Path, metavar='FILE', help='YAML or JSON file with any of the '
+        '--config', type=any_path, metavar='FILE', help='YAML or JSON file with any of the '
         'configuration below, by name with underscores, or the run.json of a run to repeat; '
         'options go before it, and --world before its settings in the file',
     )  # fmt: skip
@@ -128,11 +128,11 @@ def _make_parser() -> Parser:
         'options and the preset say, instead of running',
     )  # fmt: skip
     run.add_argument(
-        '--out', type=Path, metavar='DIR', help='run folder, new or empty '
+        '--out', type=any_path, metavar='DIR', help='run folder, new or empty '
         '(default: runs/<algorithm>-<seed>-<number>, the first that is free)',
     )  # fmt: skip
     run.add_argument(
-        '--resume', type=Path, metavar='DIR', help='go on with the run in this folder, to the '
+        '--resume', type=any_path, metavar='DIR', help='go on with the run in this folder, to the '
         'same files as if it had never stopped',
     )  # fmt: skip
     run.add_argument(

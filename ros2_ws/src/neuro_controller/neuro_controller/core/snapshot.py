@@ -87,12 +87,14 @@ def snapshots(run: Path | str) -> dict[int, Path]:
     Raises
     ------
     ValueError
-        There are none.
+        There are none, or the path is none that can be looked up.
     """
     run = Path(run)
-    if run.is_file():
+    with reading(run):
+        is_file, is_folder = run.is_file(), run.is_dir()
+    if is_file:
         return {0: run}
-    if not run.is_dir():
+    if not is_folder:
         raise ValueError(f'{run} does not exist, expected a run folder or a snapshot')
     found = {
         int(path.stem.removeprefix('gen_')): path

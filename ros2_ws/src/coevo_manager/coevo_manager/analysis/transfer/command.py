@@ -3,9 +3,8 @@
 import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
-from coevo_manager.command_line import Parser, add_option, carry_out
+from coevo_manager.command_line import Parser, add_option, any_path, carry_out
 from marxbot_sim.core.fields import Option
 
 
@@ -17,9 +16,9 @@ def make_parser() -> Parser:
         'bodies (pymunk), and with each perturbation of the robots and all of them; write '
         'transfer.csv, transfer.md, transfer.png and transfer.svg.',
     )
-    parser.add_argument('runs', nargs='+', metavar='RUN', type=Path, help='run folders')
+    parser.add_argument('runs', nargs='+', metavar='RUN', type=any_path, help='run folders')
     parser.add_argument(
-        '--out', required=True, metavar='DIR', type=Path, help='folder for the results'
+        '--out', required=True, metavar='DIR', type=any_path, help='folder for the results'
     )
     for name, default, text in (
         ('champions', 10, 'fittest individuals of each species and run'),
