@@ -8,19 +8,25 @@ import itertools
 import os
 import pwd
 import re
+import reprlib
 import socket
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import rclpy
+from rclpy.exceptions import NameValidationException
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.logging import LoggingSeverity, get_logger_level, set_logger_level
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
+from rclpy.validate_namespace import validate_namespace
+from rclpy.validate_node_name import validate_node_name
 
 DEEPEST = 100
 """Brackets within brackets of a parameter file; rcl takes minutes for some ten thousand."""
+
+_RENAMING = re.compile(r'(?:[^:]+:)?__(?:ns:=/?(?P<namespace>.*)|(?:node|name):=(?P<node>.*))')
 
 _SWITCH = (re.compile('|0|1'), '0 or 1')
 _VARIABLES = {
@@ -60,6 +66,22 @@ def parameter_files(command_line: Sequence[str]) -> Iterator[Path]:
     for option, file in itertools.pairwise(command_line):
         if option == '--params-file':
             yield Path(file)
+
+
+def _check_names(command_line: Sequence[str]) -> None:
+    """Refuse by a ValueError a name for nodes or a namespace, of which no node could be made."""
+    for option, rule in itertools.pairwise(command_line):
+        renaming = _RENAMING.fullmatch(rule)
+        if option not in ('-r', '--remap') or not renaming:
+            continue
+        try:
+            if renaming['node'] is None:
+                validate_namespace(f'/{renaming["namespace"]}')
+            else:
+                validate_node_name(renaming['node'])
+        except NameValidationException as error:
+            reason = str(error).partition(':\n')[0]
+            raise ValueError(f'{option} is {reprlib.repr(rule)}: {reason}') from None
 
 
 def _check(file: Path) -> None:
@@ -111,6 +133,7 @@ def _refusing(command_line: Sequence[str]) -> Iterator[None]:
     try:
         _check_variables()
         _check_peers()
+        _check_names(command_line)
         with _rcl_silent():
             for file in parameter_files(command_line):
                 _check(file)

@@ -55,6 +55,14 @@ def test_bad_ros_arguments_are_refused_in_one_sentence(start):
     assert '--nonsense' in line
 
 
+@pytest.mark.parametrize('rule', ['__node:=a/b', 'a:__name:=' + 'x' * 300, '__ns:=/' + 'x' * 300])
+def test_a_name_that_no_node_can_have_is_refused_in_one_sentence(start, rule):
+    process = start([*program("Node('n'); return 0"), '--ros-args', '-r', rule])
+    assert process.wait() == 2
+    (line,) = process.stderr_text.splitlines()
+    assert line.startswith(f"work: -r is '{rule[:8]}") and len(line) < 150
+
+
 @pytest.mark.parametrize(
     ('name', 'value'),
     [

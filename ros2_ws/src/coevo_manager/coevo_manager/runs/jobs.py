@@ -95,8 +95,9 @@ def read_campaign(path: Path) -> Campaign:
     for key in ('out', 'seeds'):
         if key not in content:
             raise CampaignError(f'{path}: {key} is missing')
-    if not isinstance(content['out'], str) or not content['out'].isprintable():
-        raise CampaignError(f'{path}: out is {reprlib.repr(content["out"])}, expected a folder')
+    out = content['out']
+    if not isinstance(out, str) or not out or not out.isprintable():
+        raise CampaignError(f'{path}: out is {reprlib.repr(out)}, expected a folder')
     retries = content.get('retries', 1)
     if not isinstance(retries, int) or isinstance(retries, bool) or retries < 0:
         raise CampaignError(

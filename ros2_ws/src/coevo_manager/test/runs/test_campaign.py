@@ -83,6 +83,7 @@ def test_without_environments_each_run_has_that_of_its_configuration(tmp_path):
         ({'seeds': ['x']}, "seed is 'x', expected a whole number"),
         ({'retries': -1}, 'retries is -1'),
         ({'out': 3}, 'out is 3'),
+        ({'out': ''}, "out is '', expected a folder"),
         ({'conditions': {'fast': {'sped': 1}}}, "conditions.fast: 'sped' is unknown"),
         ({'conditions': ['magic']}, "algorithm is 'magic', expected one of"),
         ({'conditions': {'a/b': {}}}, "conditions has the name 'a/b'"),
