@@ -254,6 +254,12 @@ def test_replay_publishes_what_was_recorded(recorded, starter, client):
         (['record', 'new', '--predator', '/nowhere'], '/nowhere does not exist'),
         (['record', 'new', '--episode-ticks', '0'], 'episode_ticks is 0'),
         (['record', 'new', '--real-time-factor', '-1'], 'real_time_factor is -1.0'),
+        (['record', 'new', '--real-time-factor', '1e-9'], 'expected 0 or a number from 0.001'),
+        (
+            ['record', 'new', '--namespace', 'a/b'],
+            "namespace is 'a/b': namespace must be absolute",
+        ),
+        (['record', 'new', '--namespace', '//'], "namespace is '//': "),
         (['record', 'no/folder/new'], 'no/folder is no folder'),
         (['replay', '/nowhere'], '/nowhere is not the folder of a bag'),
         (['replay', '.', '--png', 'new.png'], '. is not a bag: it has no metadata.yaml'),

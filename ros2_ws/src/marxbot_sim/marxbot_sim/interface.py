@@ -20,6 +20,9 @@ from marxbot_sim.core.parameters import PHYSICS, ROBOTS, TICK, Arena
 from marxbot_sim.core.perturbations import Perturbations
 from node_runner import Interface, Parameter, Service, Topic
 
+SLOWEST, FASTEST = 0.001, 1000.0
+"""Simulated over real time, where a simulator keeps pace with it."""
+
 QUEUE = QoSProfile(depth=100)
 """Reliable."""
 
@@ -63,8 +66,8 @@ PARAMETERS = (
         'real_time_factor',
         1.0,
         'simulated over real time, outside lockstep',
-        low=0.001,
-        high=1000.0,
+        low=SLOWEST,
+        high=FASTEST,
         live=True,
     ),
     Parameter('paused', False, 'start paused'),

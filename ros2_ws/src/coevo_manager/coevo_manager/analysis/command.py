@@ -32,14 +32,23 @@ _NUMBERS = (
         'budget of each search for a best response to a champion, 0 for none',
         'candidates',
         minimum=0,
+        maximum=1_000_000,
     ),
-    Option('held_out', int, 10, 'held-out opponents taken from each other run', minimum=1),
+    Option(
+        'held_out',
+        int,
+        10,
+        'held-out opponents taken from each other run',
+        minimum=1,
+        maximum=1024,
+    ),
     Option(
         'threads',
         int,
         len(os.sched_getaffinity(0)),
         'threads and processes on this machine; they change no result',
         minimum=1,
+        maximum=1024,
     ),
 )
 

@@ -53,27 +53,38 @@ class Configuration:
         'the run ends after this many phases; "none" where another budget ends it',
         'phases',
         minimum=1,
+        maximum=2**32 - 1,
     )
     generations: int = described(
         100, 'generations of one phase', 'generations', minimum=1, maximum=1_000_000
     )
     episodes: int | None = described(
-        None, 'the run never plays more episodes than this', 'episodes', minimum=1
+        None,
+        'the run never plays more episodes than this',
+        'episodes',
+        minimum=1,
+        maximum=2**63 - 1,
     )
     ticks: int | None = described(
-        None, 'the run never simulates more ticks than this', 'ticks', minimum=1
+        None,
+        'the run never simulates more ticks than this',
+        'ticks',
+        minimum=1,
+        maximum=2**63 - 1,
     )
     swap_generations: int = described(
         500,
         'the other species evolves after the phase that completes each such generation',
         'generations',
         minimum=1,
+        maximum=2**32 - 1,
     )
     snapshot_generations: int = described(
         500,
         'a snapshot after the phase that completes each such generation',
         'generations',
         minimum=1,
+        maximum=2**32 - 1,
     )
 
     agent_selection: str = described(

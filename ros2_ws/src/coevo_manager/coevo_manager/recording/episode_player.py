@@ -1,10 +1,13 @@
 """Playing episodes over topics, every message of them received."""
 
 import math
+import reprlib
 import time
 from dataclasses import dataclass
 
 import numpy as np
+from rclpy.exceptions import InvalidNamespaceException
+from rclpy.validate_namespace import validate_namespace
 
 from coevo_manager.core.environment import Environment
 from coevo_manager.recording.episode_processes import (
@@ -14,6 +17,7 @@ from coevo_manager.recording.episode_processes import (
 )
 from coevo_manager.recording.recorder import COMMANDS, GROUND_TRUTH, Recorder
 from marxbot_sim.core.drive import wheel_speeds
+from marxbot_sim.interface import FASTEST, SLOWEST
 from neuro_controller.core.genome import check_genomes
 
 CHUNK = 8
@@ -58,24 +62,26 @@ class EpisodePlayer:
     ----------
     environment : Environment
     real_time_factor : float
-        Simulated over real time; 0 plays in lockstep, as fast as possible. Then every episode
-        equals the headless one bit for bit.
-    namespace : str
+        Simulated over real time, 0.001 to 1000; 0 plays in lockstep, as fast as possible. Then
+        every episode equals the headless one bit for bit.
+    namespace : str or None
         Namespace of all topics and nodes; None takes one that nothing else uses.
 
     Raises
     ------
     ValueError
-        The pace is out of its range, or a pair is to play several episodes.
+        The pace is out of its range, the namespace is none, or a pair is to play several episodes.
     TimeoutError, RuntimeError
         The processes did not start.
     """
 
     def __init__(self, environment=Environment(), real_time_factor=0.0, namespace=None):
-        if not 0 <= real_time_factor < math.inf:
+        if real_time_factor != 0 and not SLOWEST <= real_time_factor <= FASTEST:
             raise ValueError(
-                f'real_time_factor is {real_time_factor}, expected a finite number, 0 or more'
+                f'real_time_factor is {real_time_factor}, expected 0 or a number from {SLOWEST:g} '
+                f'to {FASTEST:g}'
             )
+        _check_namespace(namespace or '/')
         if environment.repetitions != 1:
             raise ValueError(f'repetitions is {environment.repetitions}, expected 1 over topics')
         self._layout = environment.layout
@@ -220,3 +226,13 @@ class EpisodePlayer:
 def _pose(pose):
     """Return x, y and heading of a geometry_msgs/Pose."""
     return pose.position.x, pose.position.y, 2 * math.atan2(pose.orientation.z, pose.orientation.w)
+
+
+def _check_namespace(namespace):
+    """Raise ValueError where the nodes of an episode cannot be in a namespace."""
+    try:
+        validate_namespace(namespace)
+        validate_namespace(f'{namespace.rstrip("/")}/predator')
+    except InvalidNamespaceException as error:
+        reason = str(error).partition(':\n')[0].partition(': ')[2]
+        raise ValueError(f'namespace is {reprlib.repr(namespace)}: {reason}') from None

@@ -110,7 +110,10 @@ def main(arguments=None):
         description='Plays a bag of an episode back on its topics, /clock included, or draws it.',
     )
     parser.add_argument('bag', type=any_path, metavar='BAG')
-    add_option(parser, Option('rate', float, 1.0, 'pace, times real time', above=0.0))
+    add_option(
+        parser,
+        Option('rate', float, 1.0, 'pace, times real time', minimum=0.001, maximum=1000.0),
+    )
     for name, kind, text in (
         ('png', _named('.png'), 'draw the trajectories instead'),
         ('gif', _named('.gif'), 'draw an animation instead'),

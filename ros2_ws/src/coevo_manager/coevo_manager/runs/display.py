@@ -28,6 +28,8 @@ LINE_PERIOD = 2.0
 SHORTEST_BAR = 8
 """A terminal that leaves the bar fewer columns shows none."""
 
+_CENTURY = 3.15e9  # s
+
 
 class Display(Protocol):
     """Shows a run to its user; a context manager."""
@@ -198,4 +200,6 @@ def _time_left(status: Status) -> str:
 
 
 def _duration(seconds: float) -> str:
+    if seconds >= _CENTURY:
+        return 'more than a century'
     return str(datetime.timedelta(seconds=round(seconds)))

@@ -45,6 +45,11 @@ def test_80_columns_show_all_that_matters():
     assert 'generation 149950, predator evolving 0.412' in second
 
 
+def test_a_run_without_end_has_no_clock_that_overflows():
+    first, _ = drawn(80, Status(STATS, 1e6, 1e19))
+    assert first.rstrip().endswith('more than a century left')
+
+
 @pytest.mark.parametrize('width', [80, 30])
 def test_waiting_has_one_line_with_a_clock(width):
     (line,) = drawn(width)

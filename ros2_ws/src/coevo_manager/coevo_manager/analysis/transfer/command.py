@@ -20,12 +20,12 @@ def make_parser() -> Parser:
     parser.add_argument(
         '--out', required=True, metavar='DIR', type=any_path, help='folder for the results'
     )
-    for name, default, text in (
-        ('champions', 10, 'fittest individuals of each species and run'),
-        ('draws', 5, 'draws of each perturbation that is random'),
-        ('threads', len(os.sched_getaffinity(0)), 'threads; they change no result'),
+    for name, default, maximum, text in (
+        ('champions', 10, 1024, 'fittest individuals of each species and run'),
+        ('draws', 5, 1000, 'draws of each perturbation that is random'),
+        ('threads', len(os.sched_getaffinity(0)), 1024, 'threads; they change no result'),
     ):
-        add_option(parser, Option(name, int, default, text, minimum=1))
+        add_option(parser, Option(name, int, default, text, minimum=1, maximum=maximum))
     return parser
 
 

@@ -6,6 +6,9 @@ from coevo_manager.core.configuration import Configuration
 from coevo_manager.core.evolution import algorithms, optimizers
 from coevo_manager.core.evolution.state import State
 
+MAX_GENERATIONS = 2**32 - 1
+"""Generations of a run, which messages count in 32 bits."""
+
 
 class RunBudget:
     """Costs of a configuration, known beforehand but for the length of episodes.
@@ -82,10 +85,16 @@ class RunBudget:
 
 
 def check(configuration: Configuration) -> None:
-    """Raise ValueError where no budget is given, or one too small for a single generation."""
+    """Raise ValueError where no budget is given, or one too small or too large."""
     if configuration.phases is configuration.episodes is configuration.ticks is None:
         raise ValueError(
             'phases is None, expected a number where neither episodes nor ticks is given'
+        )
+    most = MAX_GENERATIONS // configuration.generations
+    if configuration.phases is not None and configuration.phases > most:
+        raise ValueError(
+            f'phases is {configuration.phases}, expected at most {most} of '
+            f'{configuration.generations} generations each'
         )
     costs = RunBudget(configuration)
     least = costs.first + costs.overhead(configuration.population) + costs.generation
