@@ -57,21 +57,23 @@ def next_word(rows, state):
 _SHAPE = (NUMBERS * TICKS + 3, LANES)
 
 
-@numba.cfunc(types.uint64(types.voidptr, types.voidptr))
-def get_bits(rows, state):
-    """Return 32 bits, as TestU01 asks for them."""
+@numba.njit
+def _word_behind(rows, state):
     return next_word(
         numba.carray(rows, _SHAPE, dtype=np.uint32), numba.carray(state, 3, dtype=np.int64)
     )
 
 
+@numba.cfunc(types.uint64(types.voidptr, types.voidptr))
+def get_bits(rows, state):
+    """Return 32 bits, as TestU01 asks for them."""
+    return _word_behind(rows, state)
+
+
 @numba.cfunc(types.float64(types.voidptr, types.voidptr))
 def get_fraction(rows, state):
     """Return a number in [0, 1), as TestU01 asks for it."""
-    word = next_word(
-        numba.carray(rows, _SHAPE, dtype=np.uint32), numba.carray(state, 3, dtype=np.int64)
-    )
-    return word * 2.0**-32
+    return _word_behind(rows, state) * 2.0**-32
 
 
 class Generator(ctypes.Structure):

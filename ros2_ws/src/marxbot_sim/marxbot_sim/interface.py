@@ -16,12 +16,9 @@ from visualization_msgs.msg import MarkerArray
 
 from marxbot_sensors import MARXBOT
 from marxbot_sim.core.fields import options_of
-from marxbot_sim.core.parameters import PHYSICS, ROBOTS, TICK, Arena
+from marxbot_sim.core.parameters import FASTEST, PHYSICS, ROBOTS, SLOWEST, TICK, Arena
 from marxbot_sim.core.perturbations import Perturbations
 from node_runner import Interface, Parameter, Service, Topic
-
-SLOWEST, FASTEST = 0.001, 1000.0
-"""Simulated over real time, where a simulator keeps pace with it."""
 
 QUEUE = QoSProfile(depth=100)
 """Reliable."""

@@ -11,6 +11,9 @@ from coevo_manager.core.worlds import WORLD
 from marxbot_sim.core.fields import Option, check_fields, described, options_of, same_as
 from neuro_controller.core.genome import Layout
 
+MAX_GENERATIONS = 2**32 - 1
+"""Generations of a run, which messages count in 32 bits."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Configuration:
@@ -53,7 +56,7 @@ class Configuration:
         'the run ends after this many phases; "none" where another budget ends it',
         'phases',
         minimum=1,
-        maximum=2**32 - 1,
+        maximum=MAX_GENERATIONS,
     )
     generations: int = described(
         100, 'generations of one phase', 'generations', minimum=1, maximum=1_000_000
@@ -77,14 +80,14 @@ class Configuration:
         'the other species evolves after the phase that completes each such generation',
         'generations',
         minimum=1,
-        maximum=2**32 - 1,
+        maximum=MAX_GENERATIONS,
     )
     snapshot_generations: int = described(
         500,
         'a snapshot after the phase that completes each such generation',
         'generations',
         minimum=1,
-        maximum=2**32 - 1,
+        maximum=MAX_GENERATIONS,
     )
 
     agent_selection: str = described(

@@ -17,7 +17,7 @@ from coevo_manager.recording.episode_processes import (
 )
 from coevo_manager.recording.recorder import COMMANDS, GROUND_TRUTH, Recorder
 from marxbot_sim.core.drive import wheel_speeds
-from marxbot_sim.interface import FASTEST, SLOWEST
+from marxbot_sim.core.parameters import FASTEST, SLOWEST
 from neuro_controller.core.genome import check_genomes
 
 CHUNK = 8

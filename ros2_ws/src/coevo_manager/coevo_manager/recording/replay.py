@@ -12,6 +12,7 @@ from coevo_manager.core.evolution.files import write_whole
 from coevo_manager.recording.bag_reader import BagReader
 from coevo_manager.recording.message_types import message_class
 from marxbot_sim.core.fields import Option
+from marxbot_sim.core.parameters import FASTEST, SLOWEST
 from node_runner import make_executor, own_arguments, run_ros, stop_requested
 
 FILMS = ('.mp4', '.webm')
@@ -112,7 +113,7 @@ def main(arguments=None):
     parser.add_argument('bag', type=any_path, metavar='BAG')
     add_option(
         parser,
-        Option('rate', float, 1.0, 'pace, times real time', minimum=0.001, maximum=1000.0),
+        Option('rate', float, 1.0, 'pace, times real time', minimum=SLOWEST, maximum=FASTEST),
     )
     for name, kind, text in (
         ('png', _named('.png'), 'draw the trajectories instead'),

@@ -103,11 +103,11 @@ def read_campaign(path: Path) -> Campaign:
         raise CampaignError(
             f'{path}: retries is {reprlib.repr(retries)}, expected a whole number of at least 0'
         )
-    out = path.parent / content['out']
-    jobs = list(_jobs(path, content, out))
+    folder = path.parent / out
+    jobs = list(_jobs(path, content, folder))
     for job in jobs:
         _check_folder(job)
-    return Campaign(out, jobs, retries)
+    return Campaign(folder, jobs, retries)
 
 
 def _jobs(path: Path, content: Mapping, out: Path) -> Iterator[Job]:

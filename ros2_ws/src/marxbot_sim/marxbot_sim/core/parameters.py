@@ -25,6 +25,9 @@ WHEEL_SEPARATION = 0.1265
 TICK = 0.1
 """Period of sensing, control and motion, s (paper A1: 10 Hz)."""
 
+SLOWEST, FASTEST = 0.001, 1000.0
+"""Simulated over real time, where what is simulated or replayed keeps pace with it."""
+
 INFRARED_RAYS = INFRARED.count
 """Infrared sensors; ray i points 7.5 + 15 i degrees counter-clockwise from the heading (FARSA)."""
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from coevo_manager.core.configuration import Configuration
+from coevo_manager.core.configuration import MAX_GENERATIONS, Configuration
 from coevo_manager.core.evolution import algorithms, optimizers
 from coevo_manager.core.evolution.state import State
-
-MAX_GENERATIONS = 2**32 - 1
-"""Generations of a run, which messages count in 32 bits."""
 
 
 class RunBudget:
