@@ -51,10 +51,27 @@ def test_setup_does_nothing_the_second_time():
     assert [path.stat().st_mtime_ns for path in stamps] == before
 
 
+def bare_clone(folder):
+    """Make a clone that holds no more than setup reads first."""
+    shutil.copytree(ROOT / 'scripts', folder / 'scripts')
+    shutil.copy(ROOT / 'requirements.lock', folder)
+    return folder
+
+
+@pytest.mark.parametrize('name', ['with a space', 'Dörte', "queen's", 'a=b', 'a,b', '50%'])
+def test_setup_refuses_a_path_that_ros_cannot_be_built_in(tmp_path, name):
+    """Each of these names broke the build, or the scripts that colcon writes."""
+    clone = bare_clone(tmp_path / name)
+    (tmp_path / 'link').symlink_to(clone)
+    for way in (clone, tmp_path / 'link'):
+        result = run('bash', '-c', 'source "$0"', way / 'scripts' / 'activate')
+        assert (result.returncode, result.stderr.count('\n')) == (2, 1)
+        assert result.stderr.startswith(f"setup: this clone is in '{way}'")
+    assert {path.name for path in clone.iterdir()} == {'scripts', 'requirements.lock'}
+
+
 def test_setup_names_what_is_wrong_with_the_python(tmp_path):
-    clone = tmp_path / 'clone'
-    shutil.copytree(ROOT / 'scripts', clone / 'scripts')
-    shutil.copy(ROOT / 'requirements.lock', clone)
+    clone = bare_clone(tmp_path / 'clone')
     result = run(clone / 'scripts' / 'setup', PYTHON='python3.99')
     assert result.returncode == 2
     assert result.stderr.count('\n') == 1
