@@ -64,7 +64,7 @@ def test_setup_refuses_a_path_that_ros_cannot_be_built_in(tmp_path, name):
     clone = bare_clone(tmp_path / name)
     (tmp_path / 'link').symlink_to(clone)
     for way in (clone, tmp_path / 'link'):
-        result = run('bash', '-c', 'source "$0"', way / 'scripts' / 'activate')
+        result = run('bash', '-c', 'source "$1"', 'bash', way / 'scripts' / 'activate')
         assert (result.returncode, result.stderr.count('\n')) == (2, 1)
         assert result.stderr.startswith(f"setup: this clone is in '{way}'")
     assert {path.name for path in clone.iterdir()} == {'scripts', 'requirements.lock'}
