@@ -89,7 +89,7 @@ class Process(subprocess.Popen):
     @property
     def stdout_text(self) -> str:
         """What it printed so far."""
-        return own_lines(self.stdout_path.read_text(errors='replace'))
+        return self.stdout_path.read_text(errors='replace')
 
     @property
     def stderr_text(self) -> str:

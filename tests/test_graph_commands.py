@@ -1,13 +1,15 @@
 """``scripts/ros2``'s commands that ask running nodes, in the words of ros2cli, and the bridge."""
 
 import contextlib
+import fcntl
 import importlib.util
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 import yaml
-from ros_processes import ROOT, wait_until
+from ros_processes import FIRST_PORT, PORTS_EACH, ROOT, own_lines, ros_environment, wait_until
 
 COMMAND = [str(ROOT / 'scripts' / 'ros2')]
 
@@ -30,9 +32,38 @@ def demo(env, starter):
             timeout=120,
         )
         assert result.returncode == code, result.stderr
-        return result.stderr if code == 2 else result.stdout or result.stderr
+        said = own_lines(result.stderr)
+        return said if code == 2 else result.stdout or said
 
     return run
+
+
+@pytest.fixture
+def env_of_taken_ports():
+    """A domain whose first ports in shared memory another process holds."""
+    with ros_environment() as env, contextlib.ExitStack() as held:
+        first = FIRST_PORT + PORTS_EACH * int(env['ROS_DOMAIN_ID'])
+        for port in range(first, first + 20):
+            path = Path(f'/dev/shm/fastrtps_port{port}_el')
+            held.callback(path.unlink)
+            # which those who ask for the port make
+            mutex = Path(f'/dev/shm/sem.fastrtps_port{port}_mutex')
+            held.callback(mutex.unlink, missing_ok=True)
+            fcntl.flock(held.enter_context(path.open('w')), fcntl.LOCK_EX)
+        yield env
+
+
+def test_what_dds_complains_of_is_not_in_the_answer(env_of_taken_ports):
+    result = subprocess.run(
+        [*COMMAND, 'node', 'list'],
+        env=env_of_taken_ports,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == '\n'
+    assert 'open_and_lock_file failed' in result.stderr
 
 
 def test_lists_of_nodes_and_topics(demo):

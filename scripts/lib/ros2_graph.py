@@ -2,7 +2,6 @@
 
 import argparse
 import functools
-import os
 import statistics
 import sys
 import time
@@ -320,6 +319,4 @@ def carry_out(command: str, arguments: list[str]) -> int:
                 short = ['-t'] if name == '--show-types' else []
                 part.add_argument(*short, name, **settings)
     options = parser.parse_args(arguments)
-    # Where killed processes left ports in shared memory, Fast DDS prints on stdout, in the answer.
-    os.environ.setdefault('FASTDDS_BUILTIN_TRANSPORTS', 'UDPv4')
     return run_ros(lambda: options.work(Graph(), options), [sys.argv[0]])

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import rclpy
+from ament_index_python.packages import get_package_share_directory
 from rclpy.exceptions import NameValidationException
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.logging import LoggingSeverity, get_logger_level, set_logger_level
@@ -52,12 +53,17 @@ def own_arguments(command_line: Sequence[str]) -> list[str]:
 
 
 def start_ros(command_line: Sequence[str]) -> None:
-    """Initialise rclpy, leaving the signals alone; bad ROS arguments exit with code 2."""
+    """Initialise rclpy, leaving the signals alone; bad ROS arguments exit with code 2.
+
+    Fast DDS prints its errors on stderr, unless the user gave it profiles of their own.
+    """
     with _refusing(command_line):
         if not any(os.environ.get(name) for name in ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')):
             # rcl's logs need a home, and it looks nowhere else
             with contextlib.suppress(KeyError):
                 os.environ['HOME'] = pwd.getpwuid(os.getuid()).pw_dir
+        share = Path(get_package_share_directory('node_runner'))
+        os.environ.setdefault('FASTRTPS_DEFAULT_PROFILES_FILE', str(share / 'fastdds.xml'))
         rclpy.init(args=list(command_line), signal_handler_options=SignalHandlerOptions.NO)
 
 
