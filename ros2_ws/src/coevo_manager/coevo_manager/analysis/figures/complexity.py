@@ -155,7 +155,7 @@ def _correlation(arena: str, members: Members, study: Study) -> Chart:
                 f'Complexity {UNIT}',
                 'Fitness vs last opponents',
                 marks,
-                (0, 1.5),
+                (0, 1.7),
                 note='\n'.join(notes),
             )
         )
