@@ -20,7 +20,6 @@ UDP_ONLY = """
         <transport_id>loopback</transport_id>
         <type>UDPv4</type>
         <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>
-        <maxInitialPeersRange>32</maxInitialPeersRange>
     </transport_descriptor>
 </transport_descriptors>
 <participant profile_name="loopback" is_default_profile="true">

@@ -9,6 +9,7 @@ from marxbot_msgs.msg import ArenaState
 from coevo_manager.recording.episode_processes import TICK_TIMEOUT, EpisodeProcesses
 from coevo_manager.recording.recorder import STATE
 from neuro_controller.core.genome import GENE_RANGE, GENES, LAYOUT
+from node_runner import start_ros
 
 STANDING = np.where(np.arange(GENES) == LAYOUT.output_biases + 1, -GENE_RANGE, 0.0)
 """Genome of a robot that all but stands still: only the bias of the drive is not zero."""
@@ -24,7 +25,7 @@ def lockstep_rate(environment):
     environment : Environment
         The episode is played to its end by two robots that stand still.
     """
-    rclpy.init(args=[])
+    start_ros(['bench'])
     try:
         with EpisodeProcesses(environment, real_time_factor=0.0) as processes:
             return _measure(processes, environment.episode_ticks)

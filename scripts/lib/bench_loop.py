@@ -26,6 +26,7 @@ from coevo_manager.core.evolution import Evolution, PhaseStats, load_configurati
 from coevo_manager.core.local_evaluator import LocalEvaluator
 from coevo_manager.evaluators.pool import RosEvaluator
 from neuro_controller.core.genome import GENES
+from node_runner import start_ros
 
 
 class _Recorder(LocalEvaluator):
@@ -99,7 +100,7 @@ def measure_loop(
         recorder = _Recorder(environment, evaluators)
         _go_on(start, recorder, recorder.end_phase)
         episodes = joined([batch for phase in recorder.phases[1:] for batch in phase])
-        rclpy.init()
+        start_ros(['bench'])
         node = rclpy.create_node('bench')
         pool = RosEvaluator(node, environment, evaluators, print)
         try:

@@ -32,6 +32,7 @@ from marxbot_sim.core.world import PREDATOR, PREY, World
 from neuro_controller.core.champions import select_champion
 from neuro_controller.core.controller import Controller
 from neuro_controller.core.pilot import Pilot
+from node_runner import start_ros
 from robot_senses.core.lidar import infrared_ranges
 from robot_senses.core.panorama import sectors
 
@@ -232,7 +233,7 @@ def over_topics(floor_sensors):
                 'autostart:=true',
             )
         )
-        rclpy.init()
+        start_ros(['mujoco'])
         stack.callback(rclpy.try_shutdown)
         lockstep = Lockstep()
         stack.callback(lockstep.destroy_node)
