@@ -7,9 +7,13 @@ import numpy as np
 RANGE = 0.1  # m, of the infrared sensors
 GOLDEN, FIRST, SECOND = 0x9E3779B9, 0x21F0AAAD, 0xD35A2D97
 START = np.array([(-0.5, 0, 0), (0.5, 0, np.pi)])
-HADAMARD = np.array([[1, 1, 1, 1], [1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]])
+STEPS = np.array([2, 8, 12, 17, 21, 30, 34, 63])
+SIGNED_STEPS = np.concatenate([-STEPS[::-1], STEPS])
+QUATERNION = np.array([[9, 7, 5, 3], [-7, 9, -3, 5], [-5, 3, 9, -7], [-3, -5, 7, 9]])
+DIRECTIONS = np.block([[QUATERNION, QUATERNION], [QUATERNION, -QUATERNION]])
+DEVIATION = np.sqrt(np.sum(DIRECTIONS[0] ** 2) * np.mean(STEPS**2))
 NOISE, PLACE, TURN = range(3)  # numbers of an episode
-MOTORS, LOSS = 12, 14  # numbers of a tick, those before are of sensors
+RAYS, SECTORS, GROUND_AND_WHEELS, LOSS = (0, 1, 2), 3, 4, 5  # numbers of a tick
 
 
 def splitmix(key, number):
@@ -35,23 +39,13 @@ def word(key, tick, number):
     return bits ^ (bits >> 15)
 
 
-def shaped(bits, low=1.0, high=8.0):
-    """A cubic of a word that is uniform in (-1, 1), with the variance 1/4 and the kurtosis 3.
-
-    c (v + r v^3), of which r is found by bisection; moments E v^2k are 1 / (2k + 1).
-    """
-    for _ in range(60):
-        r = (low + high) / 2
-        variance = 1 / 3 + 2 * r / 5 + r**2 / 7
-        fourth = 1 / 5 + 4 * r / 7 + 6 * r**2 / 9 + 4 * r**3 / 11 + r**4 / 13
-        low, high = (r, high) if fourth < 3 * variance**2 else (low, r)
-    v = np.array(bits, np.uint32).view(np.int32) / 2**31
-    return (v + r * v**3) / np.sqrt(4 * variance)
-
-
 def normals(words):
-    """Four normal values from four words."""
-    return HADAMARD @ shaped(words)
+    """Eight normal values of each word, shape (8, ...).
+
+    The lower and then the upper halves of its bytes, the lowest byte first, choose eight steps.
+    """
+    chosen = np.stack([words >> shift & 15 for shift in (0, 8, 16, 24, 4, 12, 20, 28)])
+    return np.tensordot(DIRECTIONS, SIGNED_STEPS[chosen], axes=1) / DEVIATION
 
 
 @dataclass
@@ -80,17 +74,15 @@ class Robot:
         offset = (*moved, p.start_rotation * (2 * (turn >> 40) / 2**24 - 1))
         return START[self.robot] * (p.start_distance, 1, 1) + offset
 
+    def normals(self, number):
+        """The eight normal values of a number of this tick."""
+        return normals(word(self.key, self.tick, number))
+
     def sense(self, readings):
         """The 37 readings with the noise of this tick."""
         p = self.perturbations
-        words = [word(self.key, self.tick, number) for number in range(12)]
-        noise = np.concatenate(
-            [
-                normals([(w << shift) % 2**32 for w in words[block : block + 4]])
-                for block in (0, 4, 8)
-                for shift in (0, 11, 22)
-            ]
-        )
+        numbers = (*RAYS, SECTORS, GROUND_AND_WHEELS)
+        noise = np.concatenate([self.normals(number) for number in numbers])
         noisy = np.array(readings, float)
         seen = noisy[:24] <= RANGE
         noisy[:24][seen] = np.maximum(noisy[:24] + p.infrared_noise * noise[:24], 0)[seen]
@@ -108,8 +100,7 @@ class Robot:
         speed = self.queue[late] if late >= 0 else np.zeros(2)
         if p.battery < 1:
             speed = np.clip(speed, -p.battery * self.max_speed, p.battery * self.max_speed)
-        pair = [word(self.key, self.tick, MOTORS + i) for i in range(2)]
-        noise = normals([(w << shift) % 2**32 for shift in (0, 16) for w in pair])[:2]
+        noise = self.normals(GROUND_AND_WHEELS)[4:6]
         rolling = speed * (1 + p.motor_noise * noise)
         self.tick += 1
         mean, spread = rolling.mean(), (rolling[1] - rolling[0]) / 2 / p.wheel_separation_scale

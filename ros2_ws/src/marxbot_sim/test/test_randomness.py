@@ -3,14 +3,14 @@
 import numba
 import numpy as np
 import pytest
+from reference import disturbance as reference
 from scipy import stats
 
 from marxbot_sim.core.randomness import (
-    four_normals,
-    four_words,
+    NORMAL_DEVIATION,
+    eight_normals,
     fractions,
     mix_tick,
-    next_bits,
     random_bits,
     random_words,
 )
@@ -31,23 +31,18 @@ def draw(keys, ages, words, uniforms, normals):
             row = WORDS_PER_TICK * tick + number
             store(words, row, random_words(mixed, number))
             store(uniforms, row, fractions(load(words, row)))
-        row = 3 * WORDS_PER_TICK * tick
-        for block in range(WORDS_PER_TICK // 4):
-            group = four_words(mixed, 4 * block)
-            for _ in range(3):
-                for normal in four_normals(group):
-                    store(normals, row, normal)
-                    row += 1
-                group = next_bits(group)
+            for i, normal in enumerate(eight_normals(load(words, row))):
+                store(normals, 8 * row + i, normal)
 
 
 def drawn(keys, ages):
-    """Words and uniform values (ticks, 16 numbers, 16 lanes), normal values (ticks, 48, 16)."""
+    """Words and uniform values (ticks, 16 numbers, 16 lanes), normal values (ticks, 128, 16)."""
     ages = np.repeat(np.asarray(ages, U)[:, None], LANES, axis=1)
     words = np.zeros((WORDS_PER_TICK * len(ages), LANES), U)
     uniforms = np.zeros(words.shape, np.float32)
-    normals = np.zeros((3 * len(words), LANES), np.float32)
+    normals = np.zeros((8 * len(words), LANES), np.float32)
     draw(np.ascontiguousarray(keys, U), ages, words, uniforms, normals)
+    normals /= np.float32(NORMAL_DEVIATION)
     return [part.reshape(len(ages), -1, LANES) for part in (words, uniforms, normals)]
 
 
@@ -127,6 +122,23 @@ def test_uniform_values_are_uniform(sample):
     assert (uniforms * 2.0**23 % 1 == 0).all()
 
 
+def test_eight_normal_values_are_sums_of_eight_steps_in_orthogonal_directions(sample):
+    words, _, normals = (part[:50] for part in sample)
+    expected = np.moveaxis(reference.normals(words.astype(int)), 0, 2).reshape(normals.shape)
+    np.testing.assert_allclose(normals, expected, rtol=2e-7)
+
+
+def test_no_moment_up_to_the_fourth_tells_them_from_independent_normal_values():
+    """Moments of sums of independent steps follow from those of a step."""
+    directions, steps = reference.DIRECTIONS, reference.SIGNED_STEPS
+    product = directions @ directions.T
+    assert (product == product[0, 0] * np.eye(8)).all()
+    assert steps.sum() == (steps**3).sum() == 0
+    second, fourth = (steps**2).mean(), (steps**4).mean()
+    assert fourth / second**2 == pytest.approx(3, abs=3e-6)
+    assert np.sqrt(product[0, 0] * second) == pytest.approx(NORMAL_DEVIATION)
+
+
 def test_normal_values_have_the_moments_of_a_normal_distribution_up_to_the_fourth(sample):
     normals = sample[2].astype(float)
     count = normals.size
@@ -134,18 +146,18 @@ def test_normal_values_have_the_moments_of_a_normal_distribution_up_to_the_fourt
     assert abs((normals**2).mean() - 1) < 5 * np.sqrt(2 / count)
     assert abs((normals**3).mean()) < 5 * np.sqrt(15 / count)
     assert abs((normals**4).mean() - 3) < 5 * np.sqrt(96 / count)
-    assert (normals**6).mean() == pytest.approx(14.8, abs=0.2)
-    assert 4 < np.abs(normals).max() < 4.75
+    assert (normals**6).mean() == pytest.approx(14.9, abs=0.2)
+    assert 4.75 < np.abs(normals).max() < 5.66
     ordered = np.sort(normals.ravel())
     distance = np.abs(stats.norm.cdf(ordered) - (np.arange(count) + 0.5) / count).max()
-    assert distance < 0.002 + 2 / np.sqrt(count)
+    assert distance < 0.001 + 2 / np.sqrt(count)
 
 
 def test_neither_numbers_nor_ticks_nor_lanes_are_correlated(sample):
     normals = sample[2].astype(float)
     ticks = len(normals)
     error = 1 / np.sqrt(ticks)
-    columns = normals.reshape(ticks, -1)  # 48 numbers of 16 robots
+    columns = normals.reshape(ticks, -1)  # 128 numbers of 16 robots
     for values in (columns, columns**2 - 1):
         scaled = (values - values.mean(axis=0)) / values.std(axis=0)
         together = scaled.T @ scaled / ticks

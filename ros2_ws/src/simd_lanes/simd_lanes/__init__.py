@@ -1,6 +1,7 @@
 """Sixteen 32-bit lanes as one value, and elementary functions over them."""
 
 from simd_lanes import compiled as _compiled  # noqa: F401  gives the names below their compiled meaning
+from simd_lanes import compiled_bytes as _compiled_bytes  # noqa: F401  so does this
 from simd_lanes.cache import INLINED, compile_kernel, kernel_part, source_stamp
 from simd_lanes.constants import compile_for
 from simd_lanes.functions import (
@@ -14,6 +15,8 @@ from simd_lanes.functions import (
 from simd_lanes.lanes import (
     HALF,
     LANES,
+    ByteTable,
+    ByteWeights,
     Lanes,
     Mask,
     Words,
@@ -25,6 +28,7 @@ from simd_lanes.lanes import (
     from_bits,
     lane_bits,
     load,
+    look_up,
     maximum,
     minimum,
     select,
@@ -33,12 +37,15 @@ from simd_lanes.lanes import (
     square_root,
     store,
     swap_halves,
+    weigh,
 )
 
 __all__ = [
     'HALF',
     'INLINED',
     'LANES',
+    'ByteTable',
+    'ByteWeights',
     'Lanes',
     'Mask',
     'Words',
@@ -57,6 +64,7 @@ __all__ = [
     'lane_bits',
     'load',
     'logistic',
+    'look_up',
     'maximum',
     'minimum',
     'reciprocal',
@@ -68,4 +76,5 @@ __all__ = [
     'square_root',
     'store',
     'swap_halves',
+    'weigh',
 ]

@@ -17,6 +17,8 @@ modulo 2**32, in each lane. Arithmetic between two scalars is done by Python or 
 in width: keep it out of kernels.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 LANES = 16
@@ -104,6 +106,24 @@ class Words:
 
     def __rshift__(self, places):
         return Words(self.values >> np.uint32(places))
+
+
+@dataclass(frozen=True)
+class ByteTable:
+    """What `look_up` puts in the place of bytes: 16 integers, 0 to 255."""
+
+    values: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class ByteWeights:
+    """What `weigh` sums: four integers, of the lowest byte first, and what is added to them.
+
+    The magnitudes of the first two, and those of the last two, sum to 128 at most.
+    """
+
+    values: tuple[int, int, int, int]
+    offset: int
 
 
 class Mask:
@@ -223,6 +243,18 @@ def from_bits(words):
 def signed(words):
     """Return the words as signed integers, -2**31 to 2**31 - 1, rounded to float32."""
     return Lanes(words.values.view(np.int32))
+
+
+def look_up(table, words):
+    """Return the words with each byte, 0 to 15, replaced by that value of a `ByteTable`."""
+    replaced = np.array(table.values, np.uint8)[words.values.view(np.uint8)]
+    return Words(replaced.view(np.uint32))
+
+
+def weigh(weights, words):
+    """Return the sum of each word's bytes, times their `ByteWeights`, and the offset."""
+    weighted = words.values.view(np.uint8).reshape(LANES, 4) @ np.array(weights.values)
+    return Words((weighted + weights.offset).astype(np.uint32))
 
 
 def subtract_bits(constant, a):

@@ -23,11 +23,10 @@ from marxbot_sim.core.parameters import (
 )
 from marxbot_sim.core.perturbations import MAX_LATENCY_TICKS, PERFECT
 from marxbot_sim.core.randomness import (
-    four_normals,
-    four_words,
+    NORMAL_DEVIATION,
+    eight_normals,
     fractions,
     mix_tick,
-    next_bits,
     random_words,
 )
 from marxbot_sim.core.starts import episode_key, make_starts, start_pose
@@ -62,24 +61,21 @@ SETTING_ROWS = 9
 _FIRST_KEY, _SECOND_KEY, _AGE = range(3)
 _COUNTER_ROWS = 3
 
-_MOTOR_NUMBER, _LOSS_NUMBER = 12, 14  # the numbers of a tick: 0 to 11 for the sensors, then these
 _SLOTS = MAX_LATENCY_TICKS + 1
 
-# Rows of `drawn`: a normal value for each ray, sector, ground sensor and wheel, and a fraction.
-_FOR_CAMERA = INFRARED_RAYS
-_FOR_GROUND = _FOR_CAMERA + CAMERA_SECTORS
-_FOR_WHEELS = _FOR_GROUND + len(GROUND_POSITIONS)
-_FOR_LOSS = _FOR_WHEELS + WHEEL_ROWS
-_DRAWN_ROWS = _FOR_LOSS + 1
+# Rows of `words`. A word makes eight normal values: those of eight rays, of the eight sectors, of
+# the four ground sensors and the two wheels.
+_FOR_RAYS, _FOR_SECTORS, _FOR_GROUND_AND_WHEELS, _FOR_LOSS = 0, 3, 4, 5
+_WORD_ROWS = 6
 
 Disturbance = namedtuple(
-    'Disturbance', 'settings counters drawn held queue clock latency worn turning rolling'
+    'Disturbance', 'settings counters words held queue clock latency worn turning rolling'
 )
 """State of the perturbations of 16 robots.
 
-settings : float32 (SETTING_ROWS, 16), by robot
+settings : float32 (SETTING_ROWS, 16), by robot; noise in units of `NORMAL_DEVIATION`
 counters : uint32 (3, 16), two words of the episode's key, and ticks since the episode's start
-drawn : float32 (39, 16), the random numbers of the tick to come, see `_draw`
+words : uint32 (6, 16), random bits of the tick to come
 held : float32 (2, 16), last command that was not lost, rad/s
 queue : float32 (22, 16), commands of the last ticks, rad/s
 clock : int64 (1,), ticks in which commands were late, of whatever episodes
@@ -111,10 +107,10 @@ def make_disturbance(perturbations, max_wheel_speeds):
         own = p if p.affects(robot) else PERFECT
         settings[:, robot * HALF : robot * HALF + HALF] = np.array(
             [
-                own.infrared_noise,
-                own.camera_noise,
-                own.ground_noise,
-                own.motor_noise,
+                own.infrared_noise / NORMAL_DEVIATION,
+                own.camera_noise / NORMAL_DEVIATION,
+                own.ground_noise / NORMAL_DEVIATION,
+                own.motor_noise / NORMAL_DEVIATION,
                 own.latency_ticks,
                 own.battery * speed if own.battery < 1 else math.inf,
                 own.command_loss,
@@ -125,7 +121,7 @@ def make_disturbance(perturbations, max_wheel_speeds):
     disturbance = Disturbance(
         settings,
         aligned_rows(_COUNTER_ROWS, np.uint32),
-        aligned_rows(_DRAWN_ROWS),
+        aligned_rows(_WORD_ROWS, np.uint32),
         aligned_rows(WHEEL_ROWS),
         aligned_rows(WHEEL_ROWS * _SLOTS),
         np.zeros(1, np.int64),
@@ -155,58 +151,33 @@ def begin(disturbance, lane, seed, episode):
 
 @kernel_part
 def _draw(disturbance):
-    """Draw the random numbers of the tick to come.
-
-    They are drawn before the robots move, since the processor has little else to do meanwhile.
-    """
-    settings, counters, drawn = disturbance.settings, disturbance.counters, disturbance.drawn
+    """Draw the random bits of the tick to come, so that nothing in it waits for them."""
+    counters, words = disturbance.counters, disturbance.words
     tick = mix_tick(load(counters, _FIRST_KEY), load(counters, _SECOND_KEY), load(counters, _AGE))
-    if any_lane(load(settings, INFRARED_NOISE) > 0.0):
-        _draw_twelve(drawn, 0, tick, 0)
-        _draw_twelve(drawn, 12, tick, 4)
-    if any_lane((load(settings, CAMERA_NOISE) > 0.0) | (load(settings, GROUND_NOISE) > 0.0)):
-        _draw_twelve(drawn, _FOR_CAMERA, tick, 8)
-    a, b = random_words(tick, _MOTOR_NUMBER), random_words(tick, _MOTOR_NUMBER + 1)
-    normals = four_normals((a, b, a << 16, b << 16))
-    store(drawn, _FOR_WHEELS + LEFT, normals[0])
-    store(drawn, _FOR_WHEELS + RIGHT, normals[1])
-    if any_lane(load(settings, LOSS) > 0.0):
-        store(drawn, _FOR_LOSS, fractions(random_words(tick, _LOSS_NUMBER)))
-
-
-@numba.njit(forceinline=True)
-def _draw_twelve(drawn, row, tick, number):
-    """Store the twelve normal values that four numbers of the tick give."""
-    words = four_words(tick, number)
-    _store_four(drawn, row, four_normals(words))
-    words = next_bits(words)
-    _store_four(drawn, row + 4, four_normals(words))
-    words = next_bits(words)
-    _store_four(drawn, row + 8, four_normals(words))
-
-
-@numba.njit(forceinline=True)
-def _store_four(drawn, row, normals):
-    store(drawn, row, normals[0])
-    store(drawn, row + 1, normals[1])
-    store(drawn, row + 2, normals[2])
-    store(drawn, row + 3, normals[3])
+    for row in range(_FOR_LOSS):
+        store(words, row, random_words(tick, row))
+    if any_lane(load(disturbance.settings, LOSS) > 0.0):
+        store(words, _FOR_LOSS, random_words(tick, _FOR_LOSS))
 
 
 @kernel_part
 def disturb_readings(disturbance, readings):
     """Add the tick's noise to what the robots sense, float32 (readings, 16)."""
-    settings, drawn = disturbance.settings, disturbance.drawn
+    settings, words = disturbance.settings, disturbance.words
     infrared = load(settings, INFRARED_NOISE)
     camera, ground = load(settings, CAMERA_NOISE), load(settings, GROUND_NOISE)
     if any_lane(infrared > 0.0):
-        for i in range(INFRARED_RAYS):
-            _disturb_distance(readings, INFRARED + i, infrared, load(drawn, i))
+        for first in range(0, INFRARED_RAYS, 8):
+            normals = eight_normals(load(words, _FOR_RAYS + first // 8))
+            for i in range(8):
+                _disturb_distance(readings, INFRARED + first + i, infrared, normals[i])
     if any_lane((camera > 0.0) | (ground > 0.0)):
+        normals = eight_normals(load(words, _FOR_SECTORS))
         for i in range(CAMERA_SECTORS):
-            _disturb_fraction(readings, CAMERA + i, camera, load(drawn, _FOR_CAMERA + i))
+            _disturb_fraction(readings, CAMERA + i, camera, normals[i])
+        normals = eight_normals(load(words, _FOR_GROUND_AND_WHEELS))
         for i in range(len(GROUND_POSITIONS)):
-            _disturb_fraction(readings, GROUND + i, ground, load(drawn, _FOR_GROUND + i))
+            _disturb_fraction(readings, GROUND + i, ground, normals[i])
 
 
 @numba.njit(forceinline=True)
@@ -238,11 +209,11 @@ def disturb_wheels(disturbance, commands):
     commands : float32 array, shape (2, 16)
         Wheel speeds asked for, rad/s.
     """
-    settings, drawn = disturbance.settings, disturbance.drawn
+    settings, words = disturbance.settings, disturbance.words
     left, right = load(commands, LEFT), load(commands, RIGHT)
     loss = load(settings, LOSS)
     if any_lane(loss > 0.0):
-        lost = load(drawn, _FOR_LOSS) < loss
+        lost = fractions(load(words, _FOR_LOSS)) < loss
         left = select(lost, load(disturbance.held, LEFT), left)
         right = select(lost, load(disturbance.held, RIGHT), right)
         store(disturbance.held, LEFT, left)
@@ -257,8 +228,9 @@ def disturb_wheels(disturbance, commands):
     store(disturbance.turning, LEFT, left)
     store(disturbance.turning, RIGHT, right)
     noise = load(settings, MOTOR_NOISE)
-    left = left * fma(noise, load(drawn, _FOR_WHEELS + LEFT), 1.0)
-    right = right * fma(noise, load(drawn, _FOR_WHEELS + RIGHT), 1.0)
+    normals = eight_normals(load(words, _FOR_GROUND_AND_WHEELS))
+    left = left * fma(noise, normals[len(GROUND_POSITIONS) + LEFT], 1.0)
+    right = right * fma(noise, normals[len(GROUND_POSITIONS) + RIGHT], 1.0)
     if disturbance.worn:
         mean = (left + right) * 0.5 * load(settings, ADVANCE_SCALE)
         spread = (right - left) * 0.5 * load(settings, TURN_SCALE)

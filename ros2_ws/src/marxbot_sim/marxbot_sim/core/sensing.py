@@ -113,6 +113,21 @@ def _store_distance(readings, ray, inverse):
 
 
 @numba.njit(forceinline=True)
+def _meet(i, view, near_robot, robot, near_obstacle, cylinder):
+    """Return the inverse distance along rays i, i + 6, i + 12, i + 18 to what they meet, 1/m.
+
+    `view` has what `_meet_walls` takes beside the ray, `robot` and `cylinder` what `_meet_disc`
+    does.
+    """
+    rays = _meet_walls(i, *view)
+    if near_robot:
+        rays = _meet_disc(i, rays, *robot)
+    if near_obstacle:
+        rays = _meet_disc(i, rays, *cylinder)
+    return rays
+
+
+@numba.njit(forceinline=True)
 def _below(boundary, low, width):
     """Return how much of the interval [low, low + width] lies below a boundary."""
     return minimum(maximum(boundary - low, 0.0), width)
@@ -187,18 +202,21 @@ def sense(robot, bodies, arena, obstacle, readings):
         toward_y = copy_sign(1.0 / (half_size - absolute(y)), y)
         inverse_power = 1.0 / power
         inverse_obstacle_power = 1.0 / obstacle_power
+        view = cosine, sine, toward_x, toward_y
+        robot_seen = forward, left, power, inverse_power
+        cylinder = centre_forward, centre_left, obstacle_power, inverse_obstacle_power
+        # Written out: a loop that LLVM leaves rolled takes a tenth longer with AVX2.
+        rays = (
+            _meet(0, view, near_robot, robot_seen, near_obstacle, cylinder),
+            _meet(1, view, near_robot, robot_seen, near_obstacle, cylinder),
+            _meet(2, view, near_robot, robot_seen, near_obstacle, cylinder),
+            _meet(3, view, near_robot, robot_seen, near_obstacle, cylinder),
+            _meet(4, view, near_robot, robot_seen, near_obstacle, cylinder),
+            _meet(5, view, near_robot, robot_seen, near_obstacle, cylinder),
+        )
         for i in range(_QUARTER):
-            rays = _meet_walls(i, cosine, sine, toward_x, toward_y)
-            if near_robot:
-                rays = _meet_disc(i, rays, forward, left, power, inverse_power)
-            if near_obstacle:
-                rays = _meet_disc(
-                    i, rays, centre_forward, centre_left, obstacle_power, inverse_obstacle_power
-                )
-            _store_distance(readings, i, rays[0])
-            _store_distance(readings, i + _QUARTER, rays[1])
-            _store_distance(readings, i + 2 * _QUARTER, rays[2])
-            _store_distance(readings, i + 3 * _QUARTER, rays[3])
+            for quarter in range(4):
+                _store_distance(readings, i + quarter * _QUARTER, rays[i][quarter])
     else:
         for i in range(INFRARED_RAYS):
             _store_distance(readings, i, splat(0.0))
