@@ -48,7 +48,7 @@ def _own(disturbance, k):
     return Disturbance(
         disturbance.settings[k],
         disturbance.counters[k],
-        disturbance.drawn[k],
+        disturbance.words[k],
         disturbance.held[k],
         disturbance.queue[k],
         disturbance.clock[k],
