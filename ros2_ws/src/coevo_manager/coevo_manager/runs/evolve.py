@@ -111,8 +111,8 @@ def _evolve(plan: Plan, options: Options, interruption: _Interruption) -> int:
     try:
         with display:
             display.event(f'evolving into {plan.folder}')
-            for problem in plan.damage:
-                display.event(problem)
+            for note in plan.notes:
+                display.event(note)
             outcome = run.run()
     except EvaluationError as error:
         return refuse('evolve', error)

@@ -31,6 +31,7 @@ from coevo_manager.core.evolution import (
     remarks,
 )
 from coevo_manager.core.evolution.checkpoint import find_sound
+from coevo_manager.core.evolution.sessions import remark_on_program
 from coevo_manager.evaluators.pool import RosEvaluator
 from coevo_manager.runs.status import STATUS_PERIOD, Pace, Status, StatusFile
 
@@ -60,15 +61,15 @@ class Plan:
         Whether to go on with the run that the folder holds.
     made : bool
         Whether the folder was made for this plan; it goes again if the run does not begin.
-    damage : tuple of str
-        What was found damaged in the run that goes on, and is passed over.
+    notes : tuple of str
+        Of the run that goes on: what was found damaged and is passed over, and another program.
     """
 
     configuration: Configuration
     folder: Path
     resume: bool
     made: bool = False
-    damage: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def make_plan(
@@ -103,9 +104,11 @@ def make_plan(
                 f'{resume} holds a run of another configuration '
                 f'(there, here): {"; ".join(differences(held, wanted))}'
             )
-        damage: list[str] = []
-        find_sound(resume, held, algorithms.load(held.algorithm)(held), damage.append)
-        return Plan(held, resume, resume=True, damage=tuple(damage))
+        notes: list[str] = []
+        find_sound(resume, held, algorithms.load(held.algorithm)(held), notes.append)
+        if remark := remark_on_program(resume):
+            notes.append(remark)
+        return Plan(held, resume, resume=True, notes=tuple(notes))
     configuration = load_configuration(values, preset)
     if out is None:
         folder = _make_folder(f'{configuration.algorithm}-{configuration.seed}')

@@ -436,6 +436,20 @@ def test_sessions_tell_where_and_how_long(tmp_path):
     assert read_record(tmp_path / 'run' / 'run.json') == (configuration, 'mine')
 
 
+def test_another_commit_that_goes_on_with_a_run_is_told(tmp_path):
+    configuration = configure()
+    run(tmp_path / 'run', configuration)
+    path = tmp_path / 'run' / 'sessions.json'
+    text = path.read_text()
+    commit = read_sessions(tmp_path / 'run')[-1]['commit']
+    for before, told in ((commit, False), ('0123456789ab', True)):
+        path.write_text(text.replace(json.dumps(commit), json.dumps(before)))
+        evaluator = LocalEvaluator(configuration.make_environment())
+        Evolution.resume(tmp_path / 'run', evaluator).run()
+        log = (tmp_path / 'run' / 'run.log').read_text()
+        assert ("its last session was of commit '0123456789ab', this one is of" in log) == told
+
+
 def test_a_run_without_a_swap_says_that_the_prey_never_evolved(tmp_path):
     configuration = configure(swap_generations=10**6)
     (remark,) = remarks(configuration, configuration.phases)

@@ -28,7 +28,7 @@ from coevo_manager.core.evolution.run_folder import (
     RunFolderError,
     read_configuration,
 )
-from coevo_manager.core.evolution.sessions import Session
+from coevo_manager.core.evolution.sessions import Session, remark_on_program
 from coevo_manager.core.evolution.state import State, fitness_of
 from coevo_manager.core.species import OTHER, SPECIES
 from neuro_controller.core.genome import random_genomes
@@ -123,6 +123,8 @@ class Evolution:
         except RunFolderError:
             folder.close()
             raise
+        if remark := remark_on_program(folder.path):
+            self.log(remark)
         self._session = Session(folder.path, self._state.phase if self._state else 0)
         for remark in remarks(configuration, configuration.phases):
             self.log(remark)

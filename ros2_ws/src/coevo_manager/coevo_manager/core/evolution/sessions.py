@@ -7,6 +7,7 @@ import datetime
 import json
 import os
 import platform
+import reprlib
 import time
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,18 @@ class Session:
         text = json.dumps([*self._former, self._entry], indent=2) + '\n'
         with contextlib.suppress(OSError):
             write_whole(self._path, text.encode())
+
+
+def remark_on_program(folder: Path) -> str:
+    """Return a sentence where another commit of the program goes on with a run; '' otherwise."""
+    former = read_sessions(folder)
+    before, now = (former[-1].get('commit') if former else None), source_commit() or None
+    if not former or before == now:
+        return ''
+    return (
+        f'its last session was of commit {reprlib.repr(before)}, this one is of {now}: where '
+        'their episodes differ, neither commit alone repeats this run'
+    )
 
 
 def read_sessions(folder: Path) -> list[dict[str, Any]]:
