@@ -13,7 +13,7 @@ from pathlib import Path
 import psutil
 
 ROOT = Path(__file__).resolve().parent.parent
-PATIENCE = 240.0
+PATIENCE = 120.0
 """How long anything may take, s; a limit for what hangs, also where the machine is very busy.
 The first time, a process compiles its kernels."""
 

@@ -67,6 +67,7 @@ def fits(page, width, scheme):
     return until(lambda: ask(page, f'{root}.scrollWidth <= {root}.clientWidth'))
 
 
+@pytest.mark.timeout(600)
 def test_a_run_is_watched_until_it_is_killed(start, page, tmp_path):
     out = tmp_path / 'runs' / 'mine'
     run = start(['coevo_manager', 'evolve', *ENDLESS, '--evaluators', '2', '--out', out])
@@ -144,6 +145,7 @@ def test_evolve_starts_a_dashboard_and_needs_none(start, tmp_path, quiet):
         assert run.stdout_text == f'dashboard: {address}\n'
 
 
+@pytest.mark.timeout(600)
 def test_robots_are_watched_and_ordered(start, page, tmp_path):
     make_run(tmp_path / 'runs' / 'mine')
     demo = start([ROOT / 'scripts' / 'ros2', 'launch', 'coevo_manager', 'demo.launch.xml'])

@@ -74,6 +74,7 @@ def test_evaluators_play_another_number_of_hidden_neurons(start, tmp_path):
         assert last['predators'].shape == last['prey'].shape == (16, 13 * 13 + 29 * 13 + 52)
 
 
+@pytest.mark.timeout(180)
 def test_killed_and_hung_evaluators_change_nothing(start, tmp_path, long_files):
     out = tmp_path / 'c'
     options = [*TOY, *LONG, '--evaluators', '2', '--patience', '1', '--out', out]

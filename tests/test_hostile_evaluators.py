@@ -75,6 +75,7 @@ def start_hostile(start):
     return start_all
 
 
+@pytest.mark.timeout(600)
 def test_who_answers_badly_is_refused_and_changes_nothing(start, start_hostile, tmp_path, toy):
     out = tmp_path / 'run'
     liars = start_hostile({name: lie for name, (lie, _) in LIES.items()})
@@ -107,6 +108,7 @@ def test_a_liar_beside_own_evaluators_gets_no_further(start, start_hostile, tmp_
     assert read_files(out) == toy
 
 
+@pytest.mark.timeout(600)
 def test_an_evaluator_that_is_stopped_while_it_starts_holds_up_nobody(start, tmp_path, toy):
     out = tmp_path / 'run'
     run = start(['coevo_manager', 'evolve', *TOY, '--evaluators', '2', '--out', out])

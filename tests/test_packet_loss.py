@@ -81,6 +81,7 @@ def test_goals_are_accepted_and_answered(start, loss):
     assert client.stdout_text.splitlines()[-1].startswith('5 of 5 goals')
 
 
+@pytest.mark.timeout(600)
 def test_a_run_is_the_same(start, loss, tmp_path):
     options = [*TOY, '--phases', '4', '--evaluators', '2']
     for name, changes in (('lossy', loss), ('whole', {})):
@@ -89,6 +90,7 @@ def test_a_run_is_the_same(start, loss, tmp_path):
     assert read_files(tmp_path / 'lossy') == read_files(tmp_path / 'whole')
 
 
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize('losing', [False, True])
 def test_a_recording_is_whole_or_an_error(start, loss, tmp_path, losing):
     bag = tmp_path / 'bag'
