@@ -14,7 +14,7 @@ from simd_lanes.lanes import HALF, LANES
 
 _I32 = ir.IntType(32)
 _FLOATS = ir.VectorType(ir.FloatType(), LANES)
-_INTS = ir.VectorType(_I32, LANES)
+INTS = ir.VectorType(_I32, LANES)
 _BITS = ir.VectorType(ir.IntType(1), LANES)
 
 
@@ -48,7 +48,7 @@ class _LanesModel(models.PrimitiveModel):
 @register_model(WordsType)
 class _WordsModel(models.PrimitiveModel):
     def __init__(self, manager, kind):
-        super().__init__(manager, kind, _INTS)
+        super().__init__(manager, kind, INTS)
 
 
 @register_model(MaskType)
@@ -69,7 +69,7 @@ def _splat(builder, scalar):
     vector = builder.insert_element(
         ir.Constant(ir.VectorType(scalar.type, LANES), ir.Undefined), scalar, _I32(0)
     )
-    return builder.shuffle_vector(vector, vector, ir.Constant(_INTS, [0] * LANES))
+    return builder.shuffle_vector(vector, vector, in_every_lane(0))
 
 
 def _declare(function, cases):
@@ -108,21 +108,22 @@ def _define(function, result, arguments, generate):
         lower_builtin(function, *case)(lower)
 
 
-def _call(name, result, count):
-    """Return a generator that calls an LLVM intrinsic of `count` vectors of floats."""
+def call_intrinsic(builder, name, result, *values):
+    """Call an LLVM intrinsic of that name and result type."""
+    kind = ir.FunctionType(result, [value.type for value in values])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), values)
 
-    def generate(builder, *values):
-        kind = ir.FunctionType(result, [_FLOATS] * count)
-        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), values)
 
-    return generate
+def _call(name, result):
+    """Return a generator that calls an LLVM intrinsic."""
+    return lambda builder, *values: call_intrinsic(builder, name, result, *values)
 
 
 def _on_bits(combine):
     """Return a generator that computes on the bit patterns of its vectors."""
 
     def generate(builder, *values):
-        integers = [builder.bitcast(value, _INTS) for value in values]
+        integers = [builder.bitcast(value, INTS) for value in values]
         return builder.bitcast(combine(builder, *integers), _FLOATS)
 
     return generate
@@ -136,8 +137,9 @@ def _compare(symbol):
     return lambda builder, a, b: builder.fcmp_ordered(symbol, a, b)
 
 
-def _shift(amount):
-    return ir.Constant(_INTS, [amount] * LANES)
+def in_every_lane(value):
+    """Return that 32-bit integer in each lane, as a constant."""
+    return ir.Constant(INTS, [value] * LANES)
 
 
 for _operator, _instruction in {
@@ -174,10 +176,10 @@ _define(operator.and_, _mask, (_mask, _mask), lambda builder, a, b: builder.and_
 _define(operator.or_, _mask, (_mask, _mask), lambda builder, a, b: builder.or_(a, b))
 _define(operator.invert, _mask, (_mask,), lambda builder, a: builder.not_(a))
 
-_define(plain.fma, _lanes, (_lanes, _lanes, _lanes), _call(f'llvm.fma.v{LANES}f32', _FLOATS, 3))
-_define(plain.absolute, _lanes, (_lanes,), _call(f'llvm.fabs.v{LANES}f32', _FLOATS, 1))
-_define(plain.square_root, _lanes, (_lanes,), _call(f'llvm.sqrt.v{LANES}f32', _FLOATS, 1))
-_define(plain.copy_sign, _lanes, (_lanes, _lanes), _call(f'llvm.copysign.v{LANES}f32', _FLOATS, 2))
+_define(plain.fma, _lanes, (_lanes, _lanes, _lanes), _call(f'llvm.fma.v{LANES}f32', _FLOATS))
+_define(plain.absolute, _lanes, (_lanes,), _call(f'llvm.fabs.v{LANES}f32', _FLOATS))
+_define(plain.square_root, _lanes, (_lanes,), _call(f'llvm.sqrt.v{LANES}f32', _FLOATS))
+_define(plain.copy_sign, _lanes, (_lanes, _lanes), _call(f'llvm.copysign.v{LANES}f32', _FLOATS))
 _define(plain.minimum, _lanes, (_lanes, _lanes), _extremum('<'))
 _define(plain.maximum, _lanes, (_lanes, _lanes), _extremum('>'))
 _define(
@@ -188,7 +190,7 @@ _define(
     _lanes,
     (_lanes,),
     lambda builder, a: builder.shuffle_vector(
-        a, a, ir.Constant(_INTS, [(i + HALF) % LANES for i in range(LANES)])
+        a, a, ir.Constant(INTS, [(i + HALF) % LANES for i in range(LANES)])
     ),
 )
 _define(
@@ -214,14 +216,14 @@ _define(
     _lanes,
     (_words, _lanes),
     lambda builder, constant, a: builder.bitcast(
-        builder.sub(constant, builder.bitcast(a, _INTS)), _FLOATS
+        builder.sub(constant, builder.bitcast(a, INTS)), _FLOATS
     ),
 )
 _define(
     plain.add_exponent,
     _lanes,
     (_lanes, _lanes),
-    _on_bits(lambda builder, a, n: builder.add(a, builder.shl(n, _shift(23)))),
+    _on_bits(lambda builder, a, n: builder.add(a, builder.shl(n, in_every_lane(23)))),
 )
 
 
@@ -256,7 +258,7 @@ def _define_memory(kind, vector, rows):
 _floats = types.Array(types.float32, 2, 'C')
 _integers = types.Array(types.uint32, 2, 'C')
 _define_memory(_lanes, _FLOATS, _floats)
-_define_memory(_words, _INTS, _integers)
+_define_memory(_words, INTS, _integers)
 _declare(
     plain.load,
     [signature(_lanes, _floats, types.intp), signature(_words, _integers, types.intp)],

@@ -4,16 +4,14 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from llvmlite import ir
-from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
-from simd_lanes.compiled import WordsType
+from simd_lanes.compiled import INTS, WordsType, call_intrinsic, in_every_lane
 from simd_lanes.constants import ConstantType, compile_for
 from simd_lanes.lanes import LANES, ByteTable, ByteWeights, look_up, weigh
 
 _I8, _I16, _I32 = (ir.IntType(bits) for bits in (8, 16, 32))
-_INTS = ir.VectorType(_I32, LANES)
 _BYTES = ir.VectorType(_I8, 4 * LANES)
 
 
@@ -63,11 +61,6 @@ def _instructions(context):
     return next((each for each in X86 if each.feature in known), None)
 
 
-def _call(builder, name, result, *values):
-    kind = ir.FunctionType(result, [value.type for value in values])
-    return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), values)
-
-
 def _chosen(builder, a, b, numbers):
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_I32, len(numbers)), numbers))
 
@@ -99,7 +92,7 @@ def _look_up(context, builder, table, words):
             builder,
             kind.count,
             given,
-            lambda part: _call(builder, instructions.look_up, kind, values, part),
+            lambda part: call_intrinsic(builder, instructions.look_up, kind, values, part),
         )
     else:
         values = ir.Constant(ir.VectorType(_I8, len(table.values)), table.values)
@@ -107,16 +100,15 @@ def _look_up(context, builder, table, words):
         for i in range(_BYTES.count):
             value = builder.extract_element(values, builder.extract_element(given, _I32(i)))
             found = builder.insert_element(found, value, _I32(i))
-    return builder.bitcast(found, _INTS)
+    return builder.bitcast(found, INTS)
 
 
 def _weigh(context, builder, weights, words):
-    offset = ir.Constant(_INTS, [weights.offset] * LANES)
-    packed = int.from_bytes(bytes(value & 0xFF for value in weights.values), 'little')
-    instructions = _instructions(context)
+    offset = in_every_lane(weights.offset)
     if SUM_FOUR_FEATURE in features(context):
-        factors = ir.Constant(_INTS, [packed] * LANES)
-        return _call(builder, SUM_FOUR, _INTS, offset, words, factors)
+        packed = int.from_bytes(bytes(value & 0xFF for value in weights.values), 'little')
+        return call_intrinsic(builder, SUM_FOUR, INTS, offset, words, in_every_lane(packed))
+    instructions = _instructions(context)
     if instructions:
         register = instructions.register
         factors = ir.Constant(ir.VectorType(_I8, register), weights.values * (register // 4))
@@ -129,20 +121,20 @@ def _weigh(context, builder, weights, words):
             builder,
             register,
             builder.bitcast(words, _BYTES),
-            lambda part: _call(
+            lambda part: call_intrinsic(
                 builder,
                 instructions.sum_pairs,
                 sums,
-                _call(builder, instructions.sum_products, pairs, part, factors),
+                call_intrinsic(builder, instructions.sum_products, pairs, part, factors),
                 ones,
             ),
         )
         return builder.add(total, offset)
     total = offset
     for i, weight in enumerate(weights.values):
-        shifted = builder.lshr(words, ir.Constant(_INTS, [8 * i] * LANES))
-        byte = builder.and_(shifted, ir.Constant(_INTS, [0xFF] * LANES))
-        total = builder.add(total, builder.mul(byte, ir.Constant(_INTS, [weight] * LANES)))
+        shifted = builder.lshr(words, in_every_lane(8 * i))
+        byte = builder.and_(shifted, in_every_lane(0xFF))
+        total = builder.add(total, builder.mul(byte, in_every_lane(weight)))
     return total
 
 
