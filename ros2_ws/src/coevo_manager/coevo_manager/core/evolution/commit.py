@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import subprocess
 from pathlib import Path
 
 
+@functools.cache
 def source_commit() -> str:
     """Return the commit of this file's checkout, with '-dirty' after changes; '' without one."""
     here = Path(__file__).resolve()

@@ -67,8 +67,10 @@ class Session:
 def remark_on_program(folder: Path) -> str:
     """Return a sentence where another commit of the program goes on with a run; '' otherwise."""
     former = read_sessions(folder)
-    before, now = (former[-1].get('commit') if former else None), source_commit() or None
-    if not former or before == now:
+    if not former:
+        return ''
+    before, now = former[-1].get('commit'), source_commit() or None
+    if before == now:
         return ''
     return (
         f'its last session was of commit {reprlib.repr(before)}, this one is of {now}: where '
